@@ -1,0 +1,327 @@
+// smurf-bench: the workloads of `smurf bench` under Google Benchmark, on every device and lane count, beside the peers that
+// were found at configuration. Its options are Google Benchmark's, for instance --benchmark_filter=W1 --benchmark_out=FILE.
+//
+// A benchmark's name is workload/size/who. Every repetition is one whole call; the median of the repetitions counts.
+// What is set up for one benchmark (device, surface, answers of the reference) is kept until the next one begins.
+#include <benchmark/benchmark.h>
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "isosurface_mesh.hpp"
+#include "peer_gage.hpp"
+#include "ratio_reporter.hpp"
+#include "smurf/error.hpp"
+#include "workloads/measure.hpp"
+#ifdef SMURF_BENCH_EMBREE
+#include "peer_embree.hpp"
+#endif
+
+namespace {
+
+using namespace smurf;
+using namespace smurf::bench;
+using namespace smurf::workloads;
+
+constexpr int repetitions = 7;
+
+using Counters = std::map<std::string, double>;
+
+// One benchmark that is set up: what a repetition runs, and what is told about it beside its time.
+struct Ready {
+  std::function<void()> run;
+  std::size_t count = 0;
+  std::string label;
+  Counters counters;
+};
+using SetUp = std::function<Ready()>;
+
+// Tasks by workload and size: the reference's answers are shared by all devices and peers.
+Task& shared_task(const Workload& workload, int size) {
+  static std::map<std::pair<std::string, int>, std::unique_ptr<Task>> tasks;
+  std::erase_if(tasks, [&](const auto& entry) { return entry.first.first != workload.name; });
+  auto& task = tasks[{workload.name, size}];
+  if (!task) task = std::make_unique<Task>(workload, size);
+  return *task;
+}
+
+// Set up once per benchmark, with one run as warm-up.
+Ready& ready(const std::string& name, const SetUp& set_up) {
+  static std::string current;
+  static std::optional<Ready> kept;
+  if (current != name || !kept) {
+    kept.reset();
+    kept = set_up();
+    current = name;
+  }
+  return *kept;
+}
+
+void add(const std::string& name, const SetUp& set_up) {
+  benchmark::RegisterBenchmark(name.c_str(),
+                               [name, set_up](benchmark::State& state) {
+                                 try {
+                                   Ready& benchmark = ready(name, set_up);
+                                   for ([[maybe_unused]] auto _ : state) benchmark.run();
+                                   state.SetItemsProcessed(std::int64_t(benchmark.count) * state.iterations());
+                                   state.SetLabel(benchmark.label);
+                                   for (const auto& [key, value] : benchmark.counters) state.counters[key] = value;
+                                 } catch (const Error& error) {
+                                   state.SkipWithError(error.what());
+                                 }
+                               })
+      ->Iterations(1)
+      ->Repetitions(repetitions)
+      ->ReportAggregatesOnly(true)
+      ->DisplayAggregatesOnly(true)
+      ->UseRealTime()
+      ->Unit(benchmark::kMillisecond);
+}
+
+Counters counters_of(const Measurement& m) {
+  const Verdict& v = m.verdict;
+  return {{"hits", double(m.hits)},
+          {"flagged_fraction", m.flagged_fraction()},
+          {"sampled", double(v.sampled)},
+          {"missed", double(v.missed)},
+          {"invented", double(v.invented)},
+          {"t_error_voxels", v.t.worst},
+          {"value_error", v.value.worst},
+          {"normal_error", v.normal.worst},
+          {"k_error_p99", v.curvature.p99},
+          {"device_bytes", double(m.device_bytes)},
+          {"reference_per_second", m.reference_rate}};
+}
+
+// A device's turn: sizes that take too long there are reduced, and the label says so.
+Ready set_up_device(const Workload& workload, int size, const std::string& name, int lanes) {
+  DeviceOptions options;
+  options.lanes = lanes;
+  struct Kept {
+    explicit Kept(const Device& opened) : device(opened) {}
+    Device device;
+    std::optional<Interrogator> interrogator;
+    Answers answers;
+  };
+  auto kept = std::make_shared<Kept>(open_device(name, options));
+  Budget budget;
+  budget.seconds = 6;
+  const int fitting = fitting_size(kept->device, workload, size, budget);
+  Task& task = shared_task(workload, fitting);
+  kept->interrogator.emplace(kept->device, task.surface());
+
+  Ready result;
+  result.count = task.count();
+  result.run = [kept, &task] { kept->answers = ask(*kept->interrogator, task); };
+  result.run();
+  Measurement m;
+  m.count = task.count();
+  m.device_bytes = kept->interrogator->device_bytes();
+  if (kept->answers.hits) count_hits(*kept->answers.hits, m);
+  m.verdict = kept->answers.hits ? task.judge(*kept->answers.hits) : task.judge(kept->answers.points);
+  m.reference_rate = task.reference().rate();
+  result.counters = counters_of(m);
+  result.label =
+      kept->device.info().name + (fitting == size ? "" : fmt::format(", at {} instead of {}", fitting, size));
+  return result;
+}
+
+void add_devices(const Workload& workload, int size) {
+  const std::string prefix = fmt::format("{}/{}/", workload.name, size);
+  for (const DeviceInfo& info : list_devices()) {
+    if (info.executor == "reference") continue;
+    const std::string device = fmt::format("{}:{}", info.executor, info.index);
+    // Lanes are for processors; on a device that prefers one, only that is measured.
+    const bool every_lane_count = info.executor == "opencl" && info.lanes > 1;
+    for (int lanes : every_lane_count ? std::vector<int>{1, 4, 8, 16} : std::vector<int>{info.lanes})
+      add(fmt::format("{}{}/lanes:{}", prefix, device, lanes),
+          [=] { return set_up_device(workload, size, device, info.executor == "opencl" ? lanes : 0); });
+  }
+}
+
+#ifdef SMURF_BENCH_EMBREE
+enum class Trace { single, packets, all };
+
+struct EmbreeTurn {
+  std::unique_ptr<EmbreeScene> scene;
+  ClosestHits closest;
+  AllHits all;
+};
+
+void trace(EmbreeTurn& turn, Trace how, const RayBatch& rays) {
+  switch (how) {
+    case Trace::single:
+      return turn.scene->closest_single(rays, turn.closest);
+    case Trace::packets:
+      return turn.scene->closest_packets(rays, turn.closest);
+    case Trace::all:
+      return turn.scene->all(rays, turn.all);
+  }
+}
+
+// How far the mesh is from the surface: sampled rays with another number of hits, or a first hit off by over a voxel.
+Counters compare(const EmbreeTurn& turn, Trace how, const ReferenceAnswers& reference) {
+  std::size_t other_count = 0, off = 0;
+  double worst = 0;
+  for (std::size_t i = 0; i < reference.sample().size(); i++) {
+    const std::size_t ray = reference.sample()[i], first = reference.hits().offsets()[i];
+    const std::size_t expected = reference.hits().offsets()[i + 1] - first;
+    if (how == Trace::all) {
+      other_count += turn.all.offsets[ray + 1] - turn.all.offsets[ray] != expected;
+      continue;
+    }
+    const bool hit = std::isfinite(turn.closest.t[ray]);
+    other_count += hit != (expected > 0);
+    if (!hit || expected == 0) continue;
+    const double error =
+        std::abs(double(turn.closest.t[ray]) - double(reference.hits().t()[first])) / reference.voxel();
+    off += error > 1;
+    worst = std::max(worst, error);
+  }
+  return {{"sampled", double(reference.sample().size())},
+          {"other_count", double(other_count)},
+          {"off_by_a_voxel", double(off)},
+          {"t_error_voxels", worst}};
+}
+
+void add_embree(const std::string& name, const std::function<TriangleMesh()>& mesh, Trace how,
+                const std::function<RayBatch()>& rays, const std::function<const ReferenceAnswers*()>& reference) {
+  add(name, [=] {
+    auto turn = std::make_shared<EmbreeTurn>();
+    const TriangleMesh triangles = mesh();
+    turn->scene = std::make_unique<EmbreeScene>(triangles);
+    auto batch = std::make_shared<RayBatch>(rays());
+    Ready result;
+    result.count = batch->size();
+    result.run = [=] { trace(*turn, how, *batch); };
+    result.run();
+    result.label = fmt::format("Embree, {} triangles", triangles.triangles.size());
+    if (const ReferenceAnswers* answers = reference()) result.counters = compare(*turn, how, *answers);
+    return result;
+  });
+}
+
+void add_embree_on_isosurface(const Workload& workload, int size) {
+  const std::string prefix = fmt::format("{}/{}/embree-", workload.name, size);
+  auto mesh = [=] {
+    const Volume volume = workload.volume();
+    return isosurface_mesh(samples_as_float(volume), volume.size(), volume.placement(), workload.isovalue);
+  };
+  auto rays = [=] { return shared_task(workload, size).rays(); };
+  auto reference = [=] { return &shared_task(workload, size).reference(); };
+  if (workload.kind == Kind::all_hits) {
+    add_embree(prefix + "all", mesh, Trace::all, rays, reference);
+  } else {
+    add_embree(prefix + "single", mesh, Trace::single, rays, reference);
+    add_embree(prefix + "packets", mesh, Trace::packets, rays, reference);
+  }
+}
+
+// The calibration E of machines against each other: $SMURF_BUNNY names bunny00.off (Debian package libcgal-demo), else
+// a generated mesh of as many triangles, which is not comparable with figures from the bunny and named otherwise.
+void add_calibration() {
+  const char* file = std::getenv("SMURF_BUNNY");
+  auto mesh = [file = std::string(file ? file : "")] { return file.empty() ? bumpy_sphere(75'408) : load_off(file); };
+  auto rays = [=] {
+    Bounds bounds{glm::dvec3(INFINITY), glm::dvec3(-INFINITY)};
+    for (const glm::vec3& p : mesh().vertices) {
+      bounds.lower = glm::min(bounds.lower, glm::dvec3(p));
+      bounds.upper = glm::max(bounds.upper, glm::dvec3(p));
+    }
+    return fitted_camera(bounds, 1024, 1024).rays();
+  };
+  auto none = [] { return static_cast<const ReferenceAnswers*>(nullptr); };
+  const std::string prefix = file ? "E-bunny00/1024/embree-" : "E-sphere/1024/embree-";
+  add_embree(prefix + "single", mesh, Trace::single, rays, none);
+  add_embree(prefix + "packets", mesh, Trace::packets, rays, none);
+  add_embree(prefix + "all", mesh, Trace::all, rays, none);
+}
+#endif
+
+// Gage wants points in index space, and leaves out what is near the boundary, where it continues the data otherwise.
+void add_gage(const Workload& workload, int size) {
+  add(fmt::format("{}/{}/gage", workload.name, size), [=] {
+    const Volume volume = workload.volume();
+    auto probe = std::make_shared<GageProbe>(samples_as_float(volume), volume.size());
+    auto points = std::make_shared<std::vector<glm::vec3>>(shared_task(workload, size).points());
+    const glm::dmat3 to_index = glm::inverse(volume.placement().axes);
+    for (glm::vec3& p : *points) p = glm::vec3(to_index * (glm::dvec3(p) - volume.placement().origin));
+    auto answers = std::make_shared<GageAnswers>();
+    Ready result;
+    result.count = points->size();
+    result.run = [=] { probe->all_properties(*points, *answers); };
+    result.run();
+    result.label = "teem gage, cubic B-spline, prefiltered";
+    const ReferenceAnswers& reference = shared_task(workload, size).reference();
+    double worst = 0;
+    for (std::size_t i = 0; i < reference.sample().size(); i++) {
+      const std::size_t point = reference.sample()[i];
+      const glm::vec3 p = (*points)[point], last(volume.size() - 1);
+      if (glm::any(glm::lessThan(p, glm::vec3(2))) || glm::any(glm::greaterThan(p, last - 2.0f))) continue;
+      worst = std::max(worst, std::abs(double(answers->value[point]) - double(reference.probed().value[i])));
+    }
+    result.counters = {{"value_error", worst / (volume.maximum() - volume.minimum())}};
+    return result;
+  });
+}
+
+// The scalar reference, on a few of the queries drawn at random.
+void add_reference(const Workload& workload, int size) {
+  add(fmt::format("{}/{}/reference", workload.name, size), [=] {
+    const Task& task = shared_task(workload, size);
+    auto interrogator = std::make_shared<Interrogator>(open_device("reference"), task.surface());
+    Ready result;
+    result.count = std::min<std::size_t>(2048, task.count());
+    result.label = fmt::format("double precision, on {} drawn at random", result.count);
+    Dice dice(3);
+    if (workload.casts()) {
+      auto rays = std::make_shared<RayBatch>(result.count);
+      for (std::size_t i = 0; i < result.count; i++) rays->set(i, task.rays()[dice.below(task.count())]);
+      result.run = [=] { interrogator->cast(*rays, workload.cast_options()); };
+    } else {
+      auto points = std::make_shared<std::vector<glm::vec3>>();
+      for (std::size_t i = 0; i < result.count; i++) points->push_back(task.points()[dice.below(task.count())]);
+      result.run = [=] { interrogator->probe(*points, workload.properties); };
+    }
+    result.run();
+    return result;
+  });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    benchmark::Initialize(&argc, argv);
+    if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+#ifdef SMURF_BENCH_EMBREE
+    add_calibration();
+#endif
+    const Catalogue list = catalogue();
+    for (const Workload& workload : list.workloads) {
+      for (int size : workload.sizes) {
+        add_devices(workload, size);
+        add_reference(workload, size);
+#ifdef SMURF_BENCH_EMBREE
+        if (workload.casts() && workload.reconstruction == Reconstruction::trilinear)
+          add_embree_on_isosurface(workload, size);
+#endif
+        if (!workload.casts()) add_gage(workload, size);
+      }
+    }
+    for (const Missing& entry : list.missing) fmt::print(stderr, "not measured: {}: {}\n", entry.name, entry.reason);
+    RatioReporter reporter;
+    benchmark::RunSpecifiedBenchmarks(&reporter);
+    benchmark::Shutdown();
+    return 0;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "smurf-bench: {}\n", error.what());
+    return 1;
+  }
+}

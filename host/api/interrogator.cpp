@@ -1,0 +1,101 @@
+// Interrogator and HitList: validate, then hand to the executor.
+#include "smurf/interrogator.hpp"
+
+#include <fmt/format.h>
+
+#include "executor.hpp"
+#include "interrogation.hpp"
+#include "smurf/error.hpp"
+#include "surfaces/surface_model.hpp"
+
+namespace smurf {
+namespace {
+
+constexpr std::uint32_t all_properties = Property::value | Property::normal | Property::gauss | Property::mean | Property::principal |
+                                         Property::directions | Property::normal_curvature;
+
+void require_answerable(std::uint32_t wanted) {
+  if ((wanted & ~all_properties) != 0) throw Error(ErrorCode::usage, fmt::format("unknown property bits {:#x}", wanted & ~all_properties));
+}
+
+}  // namespace
+
+std::string_view name_of(HitStatus status) {
+  switch (status) {
+    case HitStatus::isolated: return "isolated";
+    case HitStatus::tangent: return "tangent";
+    case HitStatus::unresolved: return "unresolved";
+  }
+  return "unknown";
+}
+
+Interrogator::Interrogator(const Device& device, const Surface& surface) {
+  if (device.is_reference()) {
+    interrogation_ = surface.model().reference();
+  } else {
+    interrogation_ = interrogate_on_device(device, surface.share());
+  }
+}
+
+HitList Interrogator::cast(const RayBatch& rays, const CastOptions& options) const {
+  require_answerable(options.properties);
+  if (contains(options.properties, Property::normal_curvature)) {
+    throw Error(ErrorCode::usage, "normal curvature needs a direction per hit: ask the hit list for normal_curvatures(directions)");
+  }
+  HitList hits;
+  interrogation_->cast(rays, options, hits);
+  hits.interrogation_ = interrogation_;
+  return hits;
+}
+
+PointProperties Interrogator::probe(std::span<const glm::vec3> points, std::uint32_t properties, const ProbeOptions& options) const {
+  require_answerable(properties);
+  const bool directed = contains(properties, Property::normal_curvature);
+  if (directed && options.directions.size() != points.size()) {
+    throw Error(ErrorCode::usage, fmt::format("normal curvature needs one direction per point: {} points, {} directions", points.size(), options.directions.size()));
+  }
+  PointProperties out;
+  interrogation_->measure(points, directed ? options.directions : std::span<const glm::vec3>(), properties, options, out);
+  return out;
+}
+
+void Interrogator::update(const Surface& surface) { interrogation_->update(surface.share()); }
+
+std::size_t Interrogator::device_bytes() const { return interrogation_->device_bytes(); }
+
+const PointProperties& HitList::properties(std::uint32_t wanted) const {
+  require_answerable(wanted);
+  const std::uint32_t missing = wanted & ~properties_.measured;
+  if (missing != 0 || properties_.status.size() != size()) {
+    interrogation_->measure(locations_, {}, missing, {}, properties_);
+  }
+  return properties_;
+}
+
+std::span<const glm::vec3> HitList::normals() const { return properties(std::uint32_t(Property::normal)).normal; }
+std::span<const float> HitList::gauss_curvatures() const { return properties(std::uint32_t(Property::gauss)).gauss; }
+std::span<const float> HitList::mean_curvatures() const { return properties(std::uint32_t(Property::mean)).mean; }
+
+std::span<const glm::vec2> HitList::principal_curvatures() const {
+  const PointProperties& p = properties(std::uint32_t(Property::principal));
+  if (principal_.size() != size()) {
+    principal_.resize(size());
+    for (std::size_t i = 0; i < size(); i++) principal_[i] = {p.k1[i], p.k2[i]};
+  }
+  return principal_;
+}
+
+std::span<const glm::vec3> HitList::first_principal_directions() const { return properties(std::uint32_t(Property::directions)).d1; }
+std::span<const glm::vec3> HitList::second_principal_directions() const { return properties(std::uint32_t(Property::directions)).d2; }
+std::span<const std::uint32_t> HitList::point_status() const { return properties(std::uint32_t(Property::gauss)).status; }
+
+std::vector<float> HitList::normal_curvatures(std::span<const glm::vec3> directions) const {
+  if (directions.size() != size()) {
+    throw Error(ErrorCode::usage, fmt::format("normal curvature needs one direction per hit: {} hits, {} directions", size(), directions.size()));
+  }
+  PointProperties out;
+  interrogation_->measure(locations_, directions, std::uint32_t(Property::normal_curvature), {}, out);
+  return out.normal_curvature;
+}
+
+}  // namespace smurf

@@ -1,0 +1,57 @@
+// The verbs of the program `smurf` and what they take. Each writes its results to standard output or to
+// the file named, and throws Error; main.cpp turns errors into a line and an exit code.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace smurf {
+
+struct CommonOptions {
+  bool verbose = false;
+  bool quiet = false;
+};
+
+struct DeviceChoice {
+  std::string name = "opencl";
+  int lanes = 0;
+  bool validation = false;
+};
+
+struct InfoOptions {
+  std::filesystem::path surface;
+  DeviceChoice device;
+  bool device_asked_for = false;  // then a missing device is an error
+};
+
+struct CastCommand {
+  std::filesystem::path surface, rays, output;
+  std::string hits = "all";
+  std::string properties;
+  DeviceChoice device;
+};
+
+struct ProbeCommand {
+  std::filesystem::path surface, points, output;
+  std::string properties = "value,normal,gauss,mean";
+  DeviceChoice device;
+};
+
+struct RenderCommand {
+  std::filesystem::path surface, output;
+  std::string shades = "phong";
+  std::string size = "512x512";
+  std::optional<std::string> eye, look_at, up, range;
+  std::optional<double> field_of_view;
+  int samples = 2;
+  DeviceChoice device;
+};
+
+void run_devices();
+void run_info(const InfoOptions& options, const CommonOptions& common);
+void run_cast(const CastCommand& command, const CommonOptions& common);
+void run_probe(const ProbeCommand& command, const CommonOptions& common);
+void run_render(const RenderCommand& command, const CommonOptions& common);
+
+}  // namespace smurf

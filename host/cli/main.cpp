@@ -1,0 +1,195 @@
+// The program `smurf`: options to commands, errors to one line and an exit code.
+//
+// Exit codes: 0 done, 1 failure (device, memory, writing), 2 wrong usage or input.
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <cctype>
+#include <cstdio>
+#include <exception>
+#include <functional>
+#include <new>
+#include <string>
+
+#include "cli/bench.hpp"
+#include "cli/commands.hpp"
+#include "smurf/error.hpp"
+
+namespace smurf {
+
+namespace {
+
+constexpr int exit_failure = 1, exit_usage = 2;
+
+// Whatever a message quotes, it stays one line.
+int fail(int code, std::string message) {
+  std::replace_if(
+      message.begin(), message.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, ' ');
+  fmt::print(stderr, "smurf: {}\n", message);
+  return code;
+}
+
+int exit_code_of(const Error& error) {
+  return error.code() == ErrorCode::usage || error.code() == ErrorCode::input ? exit_usage : exit_failure;
+}
+
+// Everything that the options are read into, and what to do with it once they are.
+struct CommandLine {
+  CommonOptions common;
+  InfoOptions info;
+  CastCommand cast;
+  ProbeCommand probe;
+  RenderCommand render;
+  BenchOptions bench;
+  std::function<int()> run;
+
+  void declare(CLI::App& app);
+  void declare_inform(CLI::App& app);
+  void declare_query(CLI::App& app);
+  void declare_render(CLI::App& app);
+  void declare_bench(CLI::App& app);
+
+  // A verb's work, as what to do after parsing.
+  void chosen(CLI::App* verb, std::function<void()> work) {
+    verb->final_callback([this, work = std::move(work)] {
+      run = [work] {
+        work();
+        return 0;
+      };
+    });
+  }
+};
+
+void add_surface(CLI::App* verb, std::filesystem::path& surface) {
+  verb->add_option("surface", surface, "Surface description (JSON)")->type_name("SURFACE.json")->required();
+}
+
+CLI::Option* add_device(CLI::App* verb, DeviceChoice& device) {
+  verb->add_option("--lanes", device.lanes, "Rays per work item on OpenCL; chosen from the device by default")
+      ->check(CLI::IsMember({1, 4, 8, 16}));
+  verb->add_flag("--validation", device.validation, "Vulkan validation layers; any message is an error");
+  return verb
+      ->add_option("--device", device.name, "opencl, vulkan or reference, each with an optional :number or :name")
+      ->capture_default_str();
+}
+
+template <class T>
+void add_output(CLI::App* verb, T& file, const char* type, const char* help) {
+  verb->add_option("-o,--output", file, help)->type_name(type)->required();
+}
+
+void CommandLine::declare(CLI::App& app) {
+  app.require_subcommand(1);
+  app.fallthrough();
+  app.set_version_flag("--version", "smurf " SMURF_VERSION);
+  app.add_flag("-v,--verbose", common.verbose,
+               "Tell the device, compile time, kernel times and rays/s, on standard error");
+  app.add_flag("--quiet", common.quiet, "No progress");
+  declare_inform(app);
+  declare_query(app);
+  declare_render(app);
+  declare_bench(app);
+}
+
+void CommandLine::declare_inform(CLI::App& app) {
+  chosen(app.add_subcommand("devices", "What can run here"), run_devices);
+
+  CLI::App* verb = app.add_subcommand("info", "Kind, bounds, sizes, memory on the device");
+  add_surface(verb, info.surface);
+  CLI::Option* device = add_device(verb, info.device);
+  chosen(verb, [this, device] {
+    info.device_asked_for = device->count() > 0;
+    run_info(info, common);
+  });
+}
+
+void CommandLine::declare_query(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("cast", "Hits of rays, sorted along each ray");
+  add_surface(verb, cast.surface);
+  verb->add_option("--rays", cast.rays, "Rays: columns ox,oy,oz,dx,dy,dz and optionally tmin,tmax")
+      ->type_name("RAYS.csv")
+      ->required();
+  verb->add_option("--hits", cast.hits, "all or first")->check(CLI::IsMember({"all", "first"}))->capture_default_str();
+  verb->add_option("--properties", cast.properties, "Of value,normal,gauss,mean,principal,directions")
+      ->type_name("LIST");
+  add_device(verb, cast.device);
+  add_output(verb, cast.output, "HITS.csv", "One row per hit; .vtp in place of .csv writes VTK XML");
+  chosen(verb, [this] { run_cast(cast, common); });
+
+  verb = app.add_subcommand("probe", "Properties of the level sets through points");
+  add_surface(verb, probe.surface);
+  verb->add_option("--points", probe.points, "Points: columns x,y,z")->type_name("POINTS.csv")->required();
+  verb->add_option("--properties", probe.properties, "Of value,normal,gauss,mean,principal,directions")
+      ->type_name("LIST")
+      ->capture_default_str();
+  add_device(verb, probe.device);
+  add_output(verb, probe.output, "OUT.csv", "One row per point; .vtp in place of .csv writes VTK XML");
+  chosen(verb, [this] { run_probe(probe, common); });
+}
+
+void CommandLine::declare_render(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("render", "A picture of the surface");
+  add_surface(verb, render.surface);
+  verb->add_option(
+          "--shade", render.shades,
+          "At most one colour (normal, gauss, mean, k1, k2, depth), and phong (light), contour (dark outlines)")
+      ->type_name("LIST")
+      ->capture_default_str();
+  verb->add_option("--size", render.size, "Pixels")->type_name("WxH")->capture_default_str();
+  verb->add_option("--eye", render.eye, "Where the camera stands; by default where all of the surface is seen")
+      ->type_name("x,y,z");
+  verb->add_option("--look-at", render.look_at, "By default the centre of the bounds")->type_name("x,y,z");
+  verb->add_option("--up", render.up, "By default 0,0,1")->type_name("x,y,z");
+  verb->add_option("--fov", render.field_of_view, "Vertical field of view in degrees, by default 45")
+      ->type_name("DEGREES");
+  verb->add_option("--range", render.range, "Numbers at the ends of the colour map; by default from what is seen")
+      ->type_name("lower,upper");
+  verb->add_option("--samples", render.samples, "Rays per pixel and axis, 1 to 16")
+      ->check(CLI::Range(1, 16))
+      ->capture_default_str();
+  add_device(verb, render.device);
+  add_output(verb, render.output, "IMAGE.png", "The picture");
+  chosen(verb, [this] { run_render(render, common); });
+}
+
+void CommandLine::declare_bench(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("bench", "Throughput on every device found");
+  verb->add_option("--filter", bench.filter, "Only workloads whose name contains this")->type_name("NAME");
+  verb->add_option("--json", bench.json, "Write the results to this file, too")->type_name("FILE");
+  verb->add_option("--device", bench.devices, "Only these devices")->type_name("D");
+  verb->final_callback([this] {
+    bench.quiet = common.quiet;
+    run = [this] { return run_bench(bench); };
+  });
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("Batched ray, normal and curvature queries on surfaces", "smurf");
+  CommandLine command_line;
+  command_line.declare(app);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    return fail(exit_usage, fmt::format("{} (smurf --help tells more)", error.what()));
+  }
+  return command_line.run();
+}
+
+}  // namespace
+
+}  // namespace smurf
+
+int main(int argc, char** argv) {
+  using namespace smurf;
+  try {
+    return run(argc, argv);
+  } catch (const Error& error) {
+    return fail(exit_code_of(error), error.what());
+  } catch (const std::bad_alloc&) {
+    return fail(exit_failure, "not enough memory on the host");
+  } catch (const std::exception& error) {
+    return fail(exit_failure, fmt::format("unexpected failure: {}", error.what()));
+  }
+}

@@ -1,0 +1,114 @@
+#include "cli/properties.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+
+#include "smurf/error.hpp"
+#include "surfaces/surface_model.hpp"
+
+namespace smurf {
+
+namespace {
+
+struct NamedProperty {
+  std::string_view name;
+  Property property;
+};
+
+constexpr NamedProperty named_properties[] = {
+    {"value", Property::value}, {"normal", Property::normal},       {"gauss", Property::gauss},
+    {"mean", Property::mean},   {"principal", Property::principal}, {"directions", Property::directions},
+};
+
+[[noreturn]] void throw_unknown(std::string_view name, const Surface& surface) {
+  if (name == "parameters") {
+    throw Error(
+        ErrorCode::usage,
+        fmt::format("property \"parameters\" is not valid for the kind \"{}\", which has no surface coordinates",
+                    surface.kind()));
+  }
+  if (name == "normal_curvature" || name == "normal-curvature") {
+    throw Error(
+        ErrorCode::usage,
+        fmt::format(
+            "property \"{}\" is not valid here: it needs a direction at each point; ask for principal,directions",
+            name));
+  }
+  std::string known;
+  for (const NamedProperty& candidate : named_properties)
+    known += fmt::format("{}{}", known.empty() ? "" : ", ", candidate.name);
+  throw Error(ErrorCode::usage, fmt::format("unknown property \"{}\"; known are {}", name, known));
+}
+
+Property property_named(std::string_view name, const Surface& surface) {
+  for (const NamedProperty& candidate : named_properties) {
+    if (candidate.name != name) continue;
+    if (!contains(surface.model().properties(), candidate.property)) {
+      throw Error(ErrorCode::usage,
+                  fmt::format("property \"{}\" is not valid for the kind \"{}\"", name, surface.kind()));
+    }
+    return candidate.property;
+  }
+  throw_unknown(name, surface);
+}
+
+}  // namespace
+
+std::vector<Property> properties_named(std::string_view list, const Surface& surface) {
+  std::vector<Property> properties;
+  for (std::size_t start = 0; !list.empty() && start <= list.size();) {
+    const std::size_t end = std::min(list.find(',', start), list.size());
+    const Property property = property_named(list.substr(start, end - start), surface);
+    if (std::find(properties.begin(), properties.end(), property) == properties.end()) properties.push_back(property);
+    start = end + 1;
+  }
+  return properties;
+}
+
+std::uint32_t bits_of(const std::vector<Property>& properties) {
+  std::uint32_t bits = 0;
+  for (const Property property : properties) bits = bits | property;
+  return bits;
+}
+
+void add_properties(Table& table, const std::vector<Property>& properties, const PointProperties& values) {
+  for (const Property property : properties) {
+    switch (property) {
+      case Property::value:
+        table.add("value", values.value);
+        break;
+      case Property::normal:
+        table.add({"nx", "ny", "nz"}, values.normal);
+        break;
+      case Property::gauss:
+        table.add("gauss", values.gauss);
+        break;
+      case Property::mean:
+        table.add("mean", values.mean);
+        break;
+      case Property::principal:
+        table.add("k1", values.k1);
+        table.add("k2", values.k2);
+        break;
+      case Property::directions:
+        table.add({"d1x", "d1y", "d1z"}, values.d1);
+        table.add({"d2x", "d2y", "d2z"}, values.d2);
+        break;
+      case Property::normal_curvature:
+        table.add("normal_curvature", values.normal_curvature);
+        break;
+    }
+  }
+}
+
+std::string_view point_status_text(std::uint32_t status) {
+  static_assert(umbilic == 1 && boundary == 2 && undefined == 4);
+  constexpr std::string_view texts[] = {
+      "regular",   "umbilic",           "boundary",           "umbilic+boundary",
+      "undefined", "umbilic+undefined", "boundary+undefined", "umbilic+boundary+undefined"};
+  return texts[status & 7];
+}
+
+}  // namespace smurf

@@ -1,0 +1,113 @@
+// The verbs `cast` and `probe`: from a table of rays or points to a table of results.
+#include <fmt/format.h>
+
+#include <fstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cli/commands.hpp"
+#include "cli/progress.hpp"
+#include "cli/properties.hpp"
+#include "cli/session.hpp"
+#include "io/ray_table.hpp"
+#include "io/result_table.hpp"
+#include "smurf/error.hpp"
+#include "smurf/interrogator.hpp"
+#include "smurf/surface.hpp"
+
+namespace smurf {
+
+namespace {
+
+// The line, counted from 1, of a row of a CSV file, counted from 0. Readers pass over blank lines; the first
+// other line is the header.
+std::size_t line_of_row(const std::filesystem::path& file, std::size_t row) {
+  std::ifstream stream(file);
+  std::string text;
+  std::size_t line = 0;
+  for (std::size_t seen = 0; std::getline(stream, text);) {
+    line++;
+    if (text.find_first_not_of(" \t\r") == std::string::npos) continue;
+    if (seen++ == row + 1) break;
+  }
+  return line;
+}
+
+void refuse_bad_rays(const HitList& hits, const RayBatch& rays, const std::filesystem::path& file) {
+  for (std::size_t i = 0; i < hits.ray_count(); i++) {
+    if (hits.ray_status()[i] == RayStatus::ok) continue;
+    const Ray ray = rays[i];
+    const std::string_view reason = ray.direction == glm::vec3(0.0f) ? "its direction is zero"
+                                    : ray.t_min > ray.t_max          ? "tmin is greater than tmax"
+                                                            : "its numbers must be finite, and its direction not zero";
+    throw Error(ErrorCode::input,
+                fmt::format("{}, line {}: this ray cannot be cast: {}", file.string(), line_of_row(file, i), reason));
+  }
+}
+
+Table table_of(const HitList& hits, const std::vector<Property>& properties, std::vector<std::string_view>& status) {
+  for (const HitStatus s : hits.status()) status.push_back(name_of(s));
+  Table table;
+  table.add("ray", hits.rays());
+  table.add("t", hits.t());
+  table.add("status", status);
+  table.add({"x", "y", "z"}, hits.locations());
+  if (!properties.empty()) add_properties(table, properties, hits.properties(bits_of(properties)));
+  table.add("uncertainty", hits.uncertainty());
+  return table;
+}
+
+}  // namespace
+
+void run_cast(const CastCommand& command, const CommonOptions& common) {
+  check_output(command.output, {".csv", ".vtp"});
+  const Surface surface = load_surface(command.surface);
+  const std::vector<Property> properties = properties_named(command.properties, surface);
+  const RayBatch rays = read_rays(command.rays);
+  const Device device = open(command.device, common);
+  const Interrogator query(device, surface);
+
+  const Stopwatch watch;
+  HitList hits;
+  {
+    Progress progress("casting rays", common.quiet);
+    hits = query.cast(rays, {.hits = command.hits == "first" ? Hits::first : Hits::all,
+                             .properties = bits_of(properties),
+                             .progress = progress.callback()});
+  }
+  const double seconds = watch.seconds();
+  refuse_bad_rays(hits, rays, command.rays);
+  std::vector<std::string_view> status;
+  write_table(table_of(hits, properties, status), command.output);
+  report(device, common, "rays", rays.size(), seconds);
+}
+
+void run_probe(const ProbeCommand& command, const CommonOptions& common) {
+  check_output(command.output, {".csv", ".vtp"});
+  const Surface surface = load_surface(command.surface);
+  const std::vector<Property> properties = properties_named(command.properties, surface);
+  const PointTable points = read_points(command.points);
+  const Device device = open(command.device, common);
+  const Interrogator query(device, surface);
+
+  const Stopwatch watch;
+  PointProperties values;
+  {
+    Progress progress("probing points", common.quiet);
+    ProbeOptions options;
+    options.progress = progress.callback();
+    values = query.probe(points.points, bits_of(properties), options);
+  }
+  const double seconds = watch.seconds();
+  std::vector<std::string_view> status;
+  for (const std::uint32_t bits : values.status) status.push_back(point_status_text(bits));
+  Table table;
+  table.add({"x", "y", "z"}, points.points);
+  table.add("status", status);
+  add_properties(table, properties, values);
+  write_table(table, command.output);
+  report(device, common, "points", points.points.size(), seconds);
+}
+
+}  // namespace smurf

@@ -1,0 +1,40 @@
+// What the device verbs have in common: opening the device, checking where the output goes, and the report of -v.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <filesystem>
+#include <initializer_list>
+#include <string_view>
+
+#include "cli/commands.hpp"
+#include "smurf/device.hpp"
+
+namespace smurf {
+
+Device open(const DeviceChoice& choice, const CommonOptions& common);
+
+// Throws Error (usage) when the extension is none of `extensions` (".csv"), when the folder does not exist or
+// when the path is a folder: known before the work begins, so that no work is lost.
+void check_output(const std::filesystem::path& file, std::initializer_list<std::string_view> extensions);
+
+// The extension in small letters.
+std::string extension_of(const std::filesystem::path& file);
+
+class Stopwatch {
+ public:
+  double seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point start_ = Clock::now();
+};
+
+// With -v, on standard error: the device, compiling, time per kernel, and the rate of `count` things (rays, points).
+void report(const Device& device, const CommonOptions& common, std::string_view what, std::size_t count,
+            double seconds);
+
+// 1536 -> "1.5 KiB".
+std::string bytes_text(std::size_t bytes);
+
+}  // namespace smurf

@@ -1,0 +1,10 @@
+# Writes OUTPUT: a C++ table of (name, text) of the device sources.
+string(REPLACE "|" ";" SOURCES "${SOURCES}")
+set(text "// Generated from kernels/ and shaders/.\n#include \"embedded_sources.hpp\"\n\nnamespace smurf {\nconst std::vector<EmbeddedSource>& embedded_sources() {\n  static const std::vector<EmbeddedSource> sources = {\n")
+foreach(file ${SOURCES})
+  file(RELATIVE_PATH name ${ROOT} ${file})
+  file(READ ${file} content)
+  string(APPEND text "      {\"${name}\", R\"smurf(${content})smurf\"},\n")
+endforeach()
+string(APPEND text "  };\n  return sources;\n}\n}  // namespace smurf\n")
+file(WRITE ${OUTPUT} "${text}")

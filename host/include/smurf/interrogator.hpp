@@ -1,0 +1,140 @@
+// Interrogation: a surface made resident on a device, asked in batches.
+//
+//   auto device = smurf::open_device("opencl");
+//   auto query  = smurf::Interrogator(device, smurf::isosurface(volume, 0.5));
+//   auto hits   = query.cast(rays, {.hits = smurf::Hits::all});
+//   auto kappa  = hits.principal_curvatures();   // evaluated on the device now, kept for later
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <glm/glm.hpp>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "smurf/device.hpp"
+#include "smurf/rays.hpp"
+#include "smurf/surface.hpp"
+
+namespace smurf {
+
+// Per hit. `isolated`: proved to be exactly one root. `tangent`: the field stays within rounding of the
+// surface over the whole enclosure, which may hold no root, one, or several. `unresolved`: the enclosure
+// could not be decided (for instance a ray that starts on the surface).
+enum class HitStatus : std::uint32_t { isolated = 1, tangent = 2, unresolved = 3 };
+std::string_view name_of(HitStatus status);
+
+// Per ray. `invalid`: not finite, a zero direction, or t_min > t_max.
+enum class RayStatus : std::uint32_t { ok = 0, invalid = 1 };
+
+// Per point, as bits. `umbilic`: the principal curvatures agree to rounding, directions are arbitrary.
+// `boundary`: the point was clamped to the border of the surface (walking). `undefined`: no gradient, outside of the domain, or within reach of
+// samples that are not finite; the values asked for are NaN.
+enum PointStatus : std::uint32_t { regular = 0, umbilic = 1, boundary = 2, undefined = 4 };
+
+// Properties of surface points, as bits.
+enum class Property : std::uint32_t {
+  value = 1,             // the field's value (kinds with a field)
+  normal = 2,            // unit normal
+  gauss = 4,             // k1·k2, per unit length squared
+  mean = 8,              // (k1+k2)/2, per unit length
+  principal = 16,        // k1 >= k2
+  directions = 32,       // unit principal directions d1, d2
+  normal_curvature = 64, // along a given direction, projected to the tangent plane
+};
+constexpr std::uint32_t operator|(Property a, Property b) { return std::uint32_t(a) | std::uint32_t(b); }
+constexpr std::uint32_t operator|(std::uint32_t a, Property b) { return a | std::uint32_t(b); }
+constexpr bool contains(std::uint32_t set, Property p) { return (set & std::uint32_t(p)) != 0; }
+
+enum class Hits { first, all };
+enum class BadRays { flag, error };  // flag: the ray has no hits and RayStatus::invalid; error: the call throws
+
+struct CastOptions {
+  Hits hits = Hits::first;
+  BadRays bad_rays = BadRays::flag;
+  std::uint32_t properties = 0;  // evaluated tile by tile along with the hits; others follow on demand
+  std::size_t tile = 0;          // rays on the device at a time; 0 lets the device decide. Results do not depend on it.
+  std::function<void(std::size_t done, std::size_t total)> progress = {};  // called after each tile
+};
+
+// What was measured at a list of points. Columns that were not asked for are empty.
+struct PointProperties {
+  std::vector<float> value, gauss, mean, k1, k2, normal_curvature;
+  std::vector<glm::vec3> normal, d1, d2;
+  std::vector<std::uint32_t> status;  // PointStatus bits
+  std::uint32_t measured = 0;         // Property bits
+};
+
+class Interrogation;  // internal: a surface on one device
+
+// Per ray the sorted hits, as compressed rows: the hits of ray i are offsets()[i] .. offsets()[i+1]-1.
+// Properties are evaluated on the device when first asked for and kept.
+class HitList {
+ public:
+  std::size_t ray_count() const { return offsets_.empty() ? 0 : offsets_.size() - 1; }
+  std::size_t size() const { return t_.size(); }
+  std::span<const std::uint64_t> offsets() const { return offsets_; }
+  std::span<const std::uint32_t> rays() const { return rays_; }  // per hit, the index of its ray
+  std::span<const float> t() const { return t_; }
+  std::span<const HitStatus> status() const { return status_; }
+  // Half the width of the enclosure in t: the root, or all roots of a cluster, lie in t ± uncertainty.
+  std::span<const float> uncertainty() const { return uncertainty_; }
+  std::span<const RayStatus> ray_status() const { return ray_status_; }
+  std::span<const glm::vec3> locations() const { return locations_; }
+
+  std::span<const glm::vec3> normals() const;
+  std::span<const float> gauss_curvatures() const;
+  std::span<const float> mean_curvatures() const;
+  std::span<const glm::vec2> principal_curvatures() const;               // k1 >= k2
+  std::span<const glm::vec3> first_principal_directions() const;
+  std::span<const glm::vec3> second_principal_directions() const;
+  std::vector<float> normal_curvatures(std::span<const glm::vec3> directions) const;  // one direction per hit
+  std::span<const std::uint32_t> point_status() const;                   // PointStatus bits
+  const PointProperties& properties(std::uint32_t wanted) const;         // several at once
+
+ private:
+  friend class Interrogator;
+  friend class DeviceInterrogation;
+  friend class ReferenceInterrogation;
+  std::shared_ptr<Interrogation> interrogation_;
+  std::vector<std::uint64_t> offsets_;
+  std::vector<std::uint32_t> rays_;
+  std::vector<float> t_, uncertainty_;
+  std::vector<HitStatus> status_;
+  std::vector<RayStatus> ray_status_;
+  std::vector<glm::vec3> locations_;
+  mutable PointProperties properties_;
+  mutable std::vector<glm::vec2> principal_;
+};
+
+struct ProbeOptions {
+  std::size_t tile = 0;
+  std::span<const glm::vec3> directions = {};  // for normal_curvature, one per point
+  std::function<void(std::size_t done, std::size_t total)> progress = {};
+};
+
+class Interrogator {
+ public:
+  // Uploads the surface and compiles its kernels. Throws Error (memory) that says how much was needed.
+  Interrogator(const Device& device, const Surface& surface);
+
+  HitList cast(const RayBatch& rays, const CastOptions& options = {}) const;
+
+  // Properties of the level set through each point.
+  PointProperties probe(std::span<const glm::vec3> points, std::uint32_t properties, const ProbeOptions& options = {}) const;
+
+  // Another surface over the same field: only what depends on the isovalue is rebuilt. Hit lists made
+  // before keep answering for the surface that they were cast on only as to what they already hold.
+  void update(const Surface& surface);
+
+  // Bytes that the surface takes on the device, rays and results not counted.
+  std::size_t device_bytes() const;
+
+ private:
+  std::shared_ptr<Interrogation> interrogation_;
+};
+
+}  // namespace smurf

@@ -1,0 +1,54 @@
+// Rendering: pictures of a surface from the answers to queries, whatever its kind.
+//
+//   auto image = smurf::render(query, {.camera = smurf::fitted_camera(surface.bounds(), 512, 512)});
+//   smurf::save_png(image, "head.png");
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "smurf/camera.hpp"
+#include "smurf/image.hpp"
+#include "smurf/interrogator.hpp"
+
+namespace smurf {
+
+// Shades are of three sorts, which combine: at most one colour, lit by `phong` where that is listed too, with
+// `contour` drawn dark over it. Normals are turned to the viewer for light and contours, not for colours.
+//   phong    light: a headlight and a key light from the upper left, with soft highlights; alone on a plain colour
+//   contour  the rule -d·n < 0.6 ? 1 - (-d·n) : 0 of Loeffelmann and Groeller (1999); alone white on black,
+//            over others dark, growing from the same threshold
+//   normal   colour: the unit normal, (n + 1)/2 as red, green, blue
+//   gauss, mean, k1, k2   colour: a curvature, cool below 0 and warm above
+//   depth    colour: the distance from the camera, light when near
+enum class Shade { phong, contour, normal, gauss, mean, k1, k2, depth };
+
+std::string_view name_of(Shade shade);
+// From a comma-separated list. Throws Error (usage) on unknown names, and on lists with two colours.
+std::vector<Shade> shades_named(std::string_view list);
+
+struct ValueRange {
+  double lower = 0;
+  double upper = 0;
+};
+
+struct RenderOptions {
+  Camera camera;
+  std::vector<Shade> shades{Shade::phong};
+  int samples = 2;  // rays per pixel and axis
+  // What the ends of the colour map stand for. By default for curvatures ±the 95th percentile of what is
+  // seen, rounded up to two digits; for depth the nearest and the farthest hit. A range that spans 0 keeps 0 in the
+  // middle.
+  std::optional<ValueRange> range;
+  bool legend = true;  // of the colour map; left out where the picture is too small for it to be read
+  std::function<void(std::size_t done, std::size_t total)> progress;  // in rays
+};
+
+// First hits of all statuses are drawn. Throws Error (usage) on options that cannot be meant, Error (input)
+// on a bad camera.
+Image render(const Interrogator& query, const RenderOptions& options);
+
+}  // namespace smurf

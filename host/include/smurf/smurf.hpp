@@ -1,0 +1,12 @@
+// smurf: batched ray, normal and curvature queries on surfaces. The whole public API.
+#pragma once
+
+#include "smurf/camera.hpp"
+#include "smurf/device.hpp"
+#include "smurf/error.hpp"
+#include "smurf/image.hpp"
+#include "smurf/interrogator.hpp"
+#include "smurf/rays.hpp"
+#include "smurf/render.hpp"
+#include "smurf/surface.hpp"
+#include "smurf/volume.hpp"

@@ -1,0 +1,49 @@
+// What a surface kind provides to be answered by the reference: all roots along a ray, and the
+// properties of a point, both in double precision. One file per kind implements it.
+#pragma once
+
+#include <cstddef>
+#include <glm/glm.hpp>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "reference/curvature.hpp"
+#include "smurf/interrogator.hpp"
+
+namespace smurf {
+
+class SurfaceModel;
+
+struct ReferenceRay {
+  glm::dvec3 origin{0.0};
+  glm::dvec3 direction{0.0, 0.0, 1.0};
+  double t_min = 0;
+  double t_max = std::numeric_limits<double>::infinity();
+};
+
+struct ReferenceHit {
+  double t;
+  double uncertainty;  // all roots that the hit stands for lie in t ± uncertainty
+  HitStatus status;
+  double slope;   // df/dt at t
+  double margin;  // least |f - isovalue| / scale at the extrema along the ray next to the hit, as far as they were looked at
+};
+
+struct ReferencePoint {
+  double value;  // NaN where undefined, and for kinds without a field
+  SurfaceFrame frame;
+};
+
+class ReferenceSurface {
+ public:
+  virtual ~ReferenceSurface() = default;
+  // Appends the hits in [t_min, t_max] in ascending order; with `first_only` at least the first of them.
+  virtual void roots(const ReferenceRay& ray, bool first_only, std::vector<ReferenceHit>& hits) const = 0;
+  virtual ReferencePoint measure(const glm::dvec3& point) const = 0;
+  virtual std::size_t bytes() const = 0;
+  // Another surface that shares what this one has computed, or null when they have nothing in common.
+  virtual std::shared_ptr<const ReferenceSurface> updated(const SurfaceModel& model) const = 0;
+};
+
+}  // namespace smurf

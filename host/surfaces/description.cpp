@@ -1,0 +1,128 @@
+// Surface descriptions (JSON): which kinds there are, and the messages when one is wrong.
+//
+// A reader checks its own members and throws Error (input) that names the member; load_surface puts the
+// name of the file in front.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <system_error>
+
+#include "smurf/error.hpp"
+#include "smurf/surface.hpp"
+#include "surfaces/description.hpp"
+#include "surfaces/surface_model.hpp"
+
+namespace smurf {
+
+using nlohmann::json;
+
+std::string_view Surface::kind() const { return model_->kind(); }
+Bounds Surface::bounds() const { return model_->bounds(); }
+
+const std::map<std::string, SurfaceReader>& surface_readers() {
+  static const std::map<std::string, SurfaceReader> readers{
+      {"isosurface", read_isosurface},
+  };
+  return readers;
+}
+
+namespace description {
+
+const json& member(const json& object, std::string_view path, std::string_view name) {
+  const auto found = object.find(std::string(name));
+  if (found == object.end()) throw Error(ErrorCode::input, fmt::format("member \"{}\" is missing", join(path, name)));
+  return *found;
+}
+
+const json& object_member(const json& object, std::string_view path, std::string_view name) {
+  const json& value = member(object, path, name);
+  if (!value.is_object()) {
+    throw Error(ErrorCode::input,
+                fmt::format("member \"{}\" must be an object, not {}", join(path, name), shown(value)));
+  }
+  return value;
+}
+
+std::string text_member(const json& object, std::string_view path, std::string_view name) {
+  const json& value = member(object, path, name);
+  if (!value.is_string() || value.get_ref<const std::string&>().empty()) {
+    throw Error(ErrorCode::input, fmt::format("member \"{}\" must be a string that is not empty, not {}",
+                                              join(path, name), shown(value)));
+  }
+  return value.get<std::string>();
+}
+
+double number_member(const json& object, std::string_view path, std::string_view name) {
+  const json& value = member(object, path, name);
+  if (!value.is_number()) {
+    throw Error(ErrorCode::input,
+                fmt::format("member \"{}\" must be a finite number, not {}", join(path, name), shown(value)));
+  }
+  return value.get<double>();
+}
+
+void only_members(const json& object, std::string_view path, std::initializer_list<std::string_view> known) {
+  for (const auto& item : object.items()) {
+    if (std::find(known.begin(), known.end(), item.key()) == known.end()) {
+      throw Error(ErrorCode::input,
+                  fmt::format("unknown member \"{}\"; known here: {}", join(path, item.key()), fmt::join(known, ", ")));
+    }
+  }
+}
+
+std::string join(std::string_view path, std::string_view name) {
+  return path.empty() ? std::string(name) : fmt::format("{}.{}", path, name);
+}
+
+std::string shown(const json& value) {
+  // Bytes that are no UTF-8 cannot come from a parsed file; replaced all the same rather than thrown upon.
+  std::string text = value.dump(-1, ' ', false, json::error_handler_t::replace);
+  constexpr std::size_t longest = 40;
+  if (text.size() > longest) text = text.substr(0, longest) + "...";
+  return text;
+}
+
+}  // namespace description
+
+namespace {
+
+// nlohmann's messages start with "[json.exception.parse_error.101] "; the rest is for people.
+std::string plain(const json::exception& error) {
+  std::string text = error.what();
+  if (const auto end = text.find("] "); text.starts_with("[json.") && end != std::string::npos) text.erase(0, end + 2);
+  return text;
+}
+
+json parse(const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(file, ignored))
+    throw Error(ErrorCode::input, "is a folder, not a surface description");
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw Error(ErrorCode::input, "cannot open this surface description: no such file, or not readable");
+  try {
+    return json::parse(stream, nullptr, true, /*ignore_comments=*/true);
+  } catch (const json::exception& error) {
+    throw Error(ErrorCode::input, "not valid JSON: " + plain(error));
+  }
+}
+
+std::shared_ptr<const SurfaceModel> read(const json& root, const std::filesystem::path& folder) {
+  if (!root.is_object())
+    throw Error(ErrorCode::input, "a surface description is a JSON object, not " + description::shown(root));
+  return description::reader_of(surface_readers(), root, "", "surfaces")(root, folder);
+}
+
+}  // namespace
+
+Surface load_surface(const std::filesystem::path& file) {
+  try {
+    return Surface(read(parse(file), file.parent_path()));
+  } catch (const Error& error) {
+    throw Error(error.code(), fmt::format("{}: {}", file.string(), error.what()));
+  }
+}
+
+}  // namespace smurf

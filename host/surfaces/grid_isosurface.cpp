@@ -1,0 +1,294 @@
+// Isosurfaces of sampled volumes on a device: samples or B-spline coefficients, bounds per block of 4³
+// cells, a bit per cell that can hold a root, and for every block its distance to the nearest such cell.
+//
+// Device memory for n³ samples of b bytes: b·n³ (4·n³ for tricubic) + n³/64 · (8 bounds + 8 cells + 1 distance).
+#include "surfaces/grid_isosurface.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <optional>
+
+#include "grid_parameters.inc"
+#include "smurf/error.hpp"
+
+namespace smurf {
+namespace {
+
+constexpr int block_cells = 4;
+constexpr int farthest_skip = 255;  // blocks; a byte holds it
+
+// Sample types that kernels read as they are; all others become float on the device.
+bool native_on_device(SampleType type) {
+  switch (type) {
+    case SampleType::uint8:
+    case SampleType::int8:
+    case SampleType::uint16:
+    case SampleType::int16:
+    case SampleType::float32: return true;
+    default: return false;
+  }
+}
+
+// Writes the volume as floats, slab by slab; samples that are not finite become `fill` if there is one.
+void write_as_floats(const Volume& volume, Executor& executor, DeviceBuffer& buffer, std::optional<float> fill) {
+  const std::size_t slab = std::size_t(1) << 20;
+  std::vector<float> values(std::min(slab, volume.count()));
+  for (std::size_t first = 0; first < volume.count(); first += slab) {
+    const std::size_t count = std::min(slab, volume.count() - first);
+    for (std::size_t i = 0; i < count; i++) {
+      const float value = static_cast<float>(volume.at(first + i));
+      values[i] = fill && !std::isfinite(value) ? *fill : value;
+    }
+    executor.write(buffer, first * sizeof(float), values.data(), count * sizeof(float));
+  }
+}
+
+// Puts NaN where samples are not finite, so that every cell that reads them is known to have no surface.
+void restore_non_finite(const Volume& volume, Executor& executor, DeviceBuffer& buffer) {
+  const std::size_t slab = std::size_t(1) << 20;
+  std::vector<float> values(std::min(slab, volume.count()));
+  for (std::size_t first = 0; first < volume.count(); first += slab) {
+    const std::size_t count = std::min(slab, volume.count() - first);
+    executor.read(buffer, first * sizeof(float), values.data(), count * sizeof(float));
+    for (std::size_t i = 0; i < count; i++) {
+      if (!std::isfinite(static_cast<float>(volume.at(first + i)))) values[i] = std::numeric_limits<float>::quiet_NaN();
+    }
+    executor.write(buffer, first * sizeof(float), values.data(), count * sizeof(float));
+  }
+}
+
+// The box of cells whose bits are set, [low, high).
+struct CellBox {
+  glm::ivec3 low{std::numeric_limits<int>::max()};
+  glm::ivec3 high{std::numeric_limits<int>::min()};
+  void add(glm::ivec3 block, std::uint64_t bits) {
+    std::uint64_t in_plane = 0;  // bit x + 4y
+    for (int z = 0; z < block_cells; z++) {
+      const std::uint64_t plane = (bits >> (16 * z)) & 0xffff;
+      if (plane != 0) extend(2, block_cells * block.z + z);
+      in_plane |= plane;
+    }
+    for (int y = 0; y < block_cells; y++) {
+      if ((in_plane >> (4 * y)) & 0xf) extend(1, block_cells * block.y + y);
+    }
+    for (int x = 0; x < block_cells; x++) {
+      if ((in_plane >> x) & 0x1111) extend(0, block_cells * block.x + x);
+    }
+  }
+  void extend(int axis, int cell) {
+    low[axis] = std::min(low[axis], cell);
+    high[axis] = std::max(high[axis], cell + 1);
+  }
+};
+
+// Distance of every block to the nearest one with distance 0, in blocks and the maximum norm: two sweeps over
+// the 13 neighbours before and after (Rosenfeld, Pfaltz 1968; exact for this norm).
+void spread_distances(std::vector<std::uint8_t>& distance, glm::ivec3 blocks) {
+  const auto sweep = [&](int direction) {
+    const std::int64_t count = std::int64_t(blocks.x) * blocks.y * blocks.z;
+    for (std::int64_t n = 0; n < count; n++) {
+      const std::int64_t index = direction > 0 ? n : count - 1 - n;
+      int nearest = distance[std::size_t(index)];
+      if (nearest == 0) continue;
+      const int x = int(index % blocks.x), y = int(index / blocks.x % blocks.y), z = int(index / blocks.x / blocks.y);
+      for (int neighbour = 0; neighbour < 13; neighbour++) {
+        const int dx = direction * (neighbour % 3 - 1), dy = direction * (neighbour / 3 % 3 - 1), dz = direction * (neighbour / 9 - 1);
+        const int nx = x + dx, ny = y + dy, nz = z + dz;
+        if (nx < 0 || ny < 0 || nz < 0 || nx >= blocks.x || ny >= blocks.y || nz >= blocks.z) continue;
+        nearest = std::min(nearest, distance[std::size_t((std::int64_t(nz) * blocks.y + ny) * blocks.x + nx)] + 1);
+      }
+      distance[std::size_t(index)] = std::uint8_t(nearest);
+    }
+  };
+  sweep(1);
+  sweep(-1);
+}
+
+class ResidentGridIsosurface final : public ResidentSurface {
+ public:
+  ResidentGridIsosurface(const GridIsosurface& surface, Executor& executor)
+      : executor_(executor), volume_(surface.volume), reconstruction_(surface.reconstruction) {
+    const glm::ivec3 size = volume_.size();
+    blocks_ = glm::max((size - 1 + block_cells - 1) / block_cells, glm::ivec3(1));
+    choose_modules();
+    upload_parameters();
+    upload_samples();
+    bound_blocks();
+    activate(surface.isovalue);
+  }
+
+  const std::map<std::string, std::string>& modules() const override { return modules_; }
+  const std::map<std::string, std::string>& defines() const override { return defines_; }
+  DeviceBuffer* parameters() const override { return parameters_.get(); }
+  std::vector<DeviceBuffer*> buffers() const override { return {samples_.get(), cells_.get(), skips_.get()}; }
+  std::size_t bytes() const override {
+    return samples_->bytes() + bounds_.bytes() + cells_.bytes() + skips_.bytes() + parameters_.bytes();
+  }
+
+  bool update(const SurfaceModel& model) override {
+    const auto* other = dynamic_cast<const GridIsosurface*>(&model);
+    if (!other || other->volume.samples() != volume_.samples() || other->reconstruction != reconstruction_) return false;
+    if (other->volume.size() != volume_.size() || other->volume.type() != volume_.type()) return false;
+    if (other->volume.placement().axes != volume_.placement().axes || other->volume.placement().origin != volume_.placement().origin) return false;
+    activate(other->isovalue);
+    return true;
+  }
+
+ private:
+  std::size_t block_count() const { return std::size_t(blocks_.x) * std::size_t(blocks_.y) * std::size_t(blocks_.z); }
+  bool has_cells() const { return glm::all(glm::greaterThan(volume_.size(), glm::ivec3(1))); }
+
+  void choose_modules() {
+    const bool cubic = reconstruction_ != Reconstruction::trilinear;
+    const bool native = native_on_device(volume_.type()) && reconstruction_ != Reconstruction::tricubic;
+    modules_["surface"] = embedded_core("grid_isosurface.inc");
+    modules_["field"] = embedded_core(cubic ? "cubic.inc" : "trilinear.inc");
+    if (cubic) modules_["weights"] = embedded_core(reconstruction_ == Reconstruction::tricubic ? "weights_bspline.inc" : "weights_catmull_rom.inc");
+    modules_["samples"] = embedded_core(fmt::format("samples_{}.inc", name_of(native ? volume_.type() : SampleType::float32)));
+    defines_["DEGREE"] = cubic ? "9" : "3";
+  }
+
+  void upload_parameters() {
+    std::array<std::uint32_t, GRID_PARAMETER_WORDS> words{};
+    const auto put_integer = [&](int at, int value) { words[std::size_t(at)] = std::uint32_t(value); };
+    const auto put_real = [&](int at, float value) { std::memcpy(&words[std::size_t(at)], &value, sizeof value); };
+    const auto put_double = [&](int high_at, int low_at, double value) {
+      const float high = float(value);
+      put_real(high_at, high);
+      put_real(low_at, float(value - double(high)));
+    };
+    const glm::dmat3 world_to_index = glm::inverse(volume_.placement().axes);
+    for (int i = 0; i < 3; i++) {
+      put_integer(GRID_SIZE + i, volume_.size()[i]);
+      put_integer(GRID_BLOCKS + i, blocks_[i]);
+      put_double(GRID_ORIGIN_HIGH + i, GRID_ORIGIN_LOW + i, volume_.placement().origin[i]);
+      for (int j = 0; j < 3; j++) {
+        put_double(GRID_MATRIX_HIGH + 3 * i + j, GRID_MATRIX_LOW + 3 * i + j, world_to_index[j][i]);
+      }
+    }
+    parameters_ = TypedBuffer<std::uint32_t>(executor_, words.size(), "surface parameters");
+    parameters_.write(words);
+  }
+
+  void upload_samples() {
+    const glm::ivec3 size = volume_.size();
+    if (reconstruction_ != Reconstruction::tricubic) {
+      if (native_on_device(volume_.type())) {
+        samples_ = executor_.share(volume_.samples(), volume_.bytes(), "volume samples");
+      } else {
+        samples_ = executor_.allocate(volume_.count() * sizeof(float), "volume samples as float");
+        write_as_floats(volume_, executor_, *samples_, std::nullopt);
+      }
+      return;
+    }
+    samples_ = executor_.allocate(volume_.count() * sizeof(float), "B-spline coefficients");
+    write_as_floats(volume_, executor_, *samples_, 0.0f);
+    const Program program{KernelId::bspline_prefilter, {}, {}};
+    for (int axis = 0; axis < 3; axis++) {
+      launch(executor_, program,
+             arguments::bspline_prefilter{.coefficients = samples_.get(), .size_x = size.x, .size_y = size.y, .size_z = size.z, .axis = axis},
+             volume_.count() / std::size_t(size[axis]));
+    }
+    if (volume_.non_finite() > 0) restore_non_finite(volume_, executor_, *samples_);
+  }
+
+  void bound_blocks() {
+    bounds_ = TypedBuffer<glm::vec2>(executor_, block_count(), "block bounds");
+    cells_ = TypedBuffer<glm::uvec2>(executor_, block_count(), "active cells");
+    skips_ = TypedBuffer<std::uint32_t>(executor_, (block_count() + 3) / 4, "block distances");
+    launch(executor_, Program{KernelId::grid_bounds, modules_, defines_},
+           arguments::grid_bounds{.parameters = parameters_.get(), .surface_a = samples_.get(), .bounds = bounds_.get(), .count = int(block_count())},
+           block_count());
+  }
+
+  void activate(double isovalue) {
+    const float value = float(isovalue);
+    executor_.write(*parameters_.get(), GRID_ISOVALUE * 4, &value, sizeof value);
+    std::vector<glm::uvec2> cells(block_count(), glm::uvec2(0));
+    if (has_cells() && std::isfinite(value)) {
+      launch(executor_, Program{KernelId::grid_activate, modules_, defines_},
+             arguments::grid_activate{.parameters = parameters_.get(), .surface_a = samples_.get(), .bounds = bounds_.get(), .cells = cells_.get(), .count = int(block_count())},
+             block_count());
+      cells_.read(cells);
+    } else {
+      cells_.write(cells);
+    }
+    CellBox box;
+    std::vector<std::uint8_t> distance(skips_.bytes(), farthest_skip);
+    for (std::size_t i = 0; i < cells.size(); i++) {
+      const std::uint64_t bits = cells[i].x | std::uint64_t(cells[i].y) << 32;
+      if (bits == 0) continue;
+      distance[i] = 0;
+      const int index = int(i);
+      box.add({index % blocks_.x, index / blocks_.x % blocks_.y, index / blocks_.x / blocks_.y}, bits);
+    }
+    spread_distances(distance, blocks_);
+    executor_.write(*skips_.get(), 0, distance.data(), distance.size());
+    // Without an active cell any cell will do: nothing is found there.
+    const bool empty = box.low.x > box.high.x;
+    const std::array<float, 6> reals = empty ? std::array<float, 6>{0, 0, 0, 1, 1, 1}
+                                             : std::array<float, 6>{float(box.low.x), float(box.low.y), float(box.low.z), float(box.high.x), float(box.high.y), float(box.high.z)};
+    executor_.write(*parameters_.get(), GRID_LOWER * 4, reals.data(), sizeof reals);
+  }
+
+  Executor& executor_;
+  const Volume volume_;
+  const Reconstruction reconstruction_;
+  glm::ivec3 blocks_{1};
+  std::map<std::string, std::string> modules_, defines_;
+  std::unique_ptr<DeviceBuffer> samples_;
+  TypedBuffer<std::uint32_t> parameters_;
+  TypedBuffer<glm::vec2> bounds_;
+  TypedBuffer<glm::uvec2> cells_;
+  TypedBuffer<std::uint32_t> skips_;
+};
+
+}  // namespace
+
+GridIsosurface::GridIsosurface(const Volume& the_volume, double the_isovalue, const GridOptions& options)
+    : volume(the_volume), isovalue(the_isovalue), reconstruction(options.reconstruction) {
+  if (!std::isfinite(isovalue)) throw Error(ErrorCode::input, fmt::format("the isovalue must be finite, not {}", isovalue));
+}
+
+Bounds GridIsosurface::bounds() const {
+  const GridPlacement& placement = volume.placement();
+  Bounds bounds{glm::dvec3(std::numeric_limits<double>::infinity()), glm::dvec3(-std::numeric_limits<double>::infinity())};
+  for (int corner = 0; corner < 8; corner++) {
+    const glm::dvec3 index((corner & 1) ? volume.size().x - 1 : 0, (corner & 2) ? volume.size().y - 1 : 0, (corner & 4) ? volume.size().z - 1 : 0);
+    const glm::dvec3 point = placement.origin + placement.axes * index;
+    bounds.lower = glm::min(bounds.lower, point);
+    bounds.upper = glm::max(bounds.upper, point);
+  }
+  return bounds;
+}
+
+std::uint32_t GridIsosurface::properties() const {
+  return Property::value | Property::normal | Property::gauss | Property::mean | Property::principal | Property::directions | Property::normal_curvature;
+}
+
+std::vector<Fact> GridIsosurface::facts() const {
+  const glm::ivec3 size = volume.size();
+  std::vector<Fact> facts{
+      {"field", "grid"},
+      {"reconstruction", std::string(name_of(reconstruction))},
+      {"isovalue", fmt::format("{}", isovalue)},
+      {"samples", fmt::format("{} x {} x {} {}", size.x, size.y, size.z, name_of(volume.type()))},
+      {"spacing", fmt::format("{:g} {:g} {:g}", glm::length(volume.placement().axes[0]), glm::length(volume.placement().axes[1]), glm::length(volume.placement().axes[2]))},
+      {"range", fmt::format("{:g} to {:g}", volume.minimum(), volume.maximum())},
+  };
+  if (volume.non_finite() > 0) {
+    facts.push_back({"not finite", fmt::format("{} samples are NaN or infinite: there is no surface within their reach", volume.non_finite())});
+  }
+  return facts;
+}
+
+std::unique_ptr<ResidentSurface> GridIsosurface::reside(Executor& executor) const {
+  return std::make_unique<ResidentGridIsosurface>(*this, executor);
+}
+
+}  // namespace smurf

@@ -1,0 +1,57 @@
+// What a surface kind provides. One file per kind in this folder; nothing else switches over kinds.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "executor.hpp"
+#include "interrogation.hpp"
+#include "smurf/surface.hpp"
+
+namespace smurf {
+
+// A surface's buffers on one device and the source that answers for it.
+// The source module "surface" defines what kernels/core/surface_interface.md lists.
+class ResidentSurface {
+ public:
+  virtual ~ResidentSurface() = default;
+  // Source modules by the name under which kernels include them; always "surface".
+  virtual const std::map<std::string, std::string>& modules() const = 0;
+  virtual const std::map<std::string, std::string>& defines() const = 0;
+  virtual DeviceBuffer* parameters() const = 0;
+  virtual std::vector<DeviceBuffer*> buffers() const = 0;  // surface_a .. surface_d, at most 4
+  virtual std::size_t bytes() const = 0;
+  // Takes over another surface of the same kind over the same field; false if it cannot.
+  virtual bool update(const SurfaceModel& model) = 0;
+};
+
+// A line of `smurf info`.
+struct Fact {
+  std::string name, value;
+};
+
+class SurfaceModel {
+ public:
+  virtual ~SurfaceModel() = default;
+  virtual std::string_view kind() const = 0;
+  virtual Bounds bounds() const = 0;
+  virtual std::uint32_t properties() const = 0;  // Property bits that this kind can answer
+  virtual std::vector<Fact> facts() const = 0;
+  virtual std::unique_ptr<ResidentSurface> reside(Executor& executor) const = 0;
+  virtual std::unique_ptr<Interrogation> reference() const = 0;  // host/reference
+};
+
+// Reads the description of one kind; `folder` resolves file names.
+using SurfaceReader = std::function<std::shared_ptr<const SurfaceModel>(const nlohmann::json&, const std::filesystem::path& folder)>;
+// The list of kinds that descriptions can name: "isosurface" -> reader. One line per kind, in description.cpp.
+const std::map<std::string, SurfaceReader>& surface_readers();
+
+std::shared_ptr<const SurfaceModel> read_isosurface(const nlohmann::json& description, const std::filesystem::path& folder);
+
+}  // namespace smurf

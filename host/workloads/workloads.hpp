@@ -1,0 +1,74 @@
+// The workloads whose throughput is measured, by `smurf bench` and by bench/: defined once.
+//
+// A workload is a surface, what is asked of it, and the sizes at which it is asked: image widths for rays,
+// numbers of points for probes. Cost must grow with the size; two sizes each make that visible.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <glm/glm.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "smurf/camera.hpp"
+#include "smurf/interrogator.hpp"
+#include "smurf/surface.hpp"
+
+namespace smurf::workloads {
+
+enum class Kind { first_hit, all_hits, probe };
+
+struct Workload {
+  std::string name;  // "W1-first"
+  std::string text;  // one line
+  Kind kind = Kind::first_hit;
+  std::uint32_t properties = 0;  // evaluated along with the hits
+  std::vector<int> sizes;        // ascending; square images' widths, or numbers of points
+  double isovalue = 0;
+  Reconstruction reconstruction = Reconstruction::trilinear;
+  std::function<Volume()> volume;  // read or computed at the first call, shared with other workloads
+  std::function<Camera(const Bounds&, int width)> camera;  // for rays
+
+  bool casts() const { return kind != Kind::probe; }
+  std::string_view unit() const { return casts() ? "Mrays/s" : "Mprobes/s"; }
+  std::size_t count(int size) const { return casts() ? std::size_t(size) * std::size_t(size) : std::size_t(size); }
+  CastOptions cast_options() const;
+  Surface surface() const;
+};
+
+// What cannot be measured here, and why.
+struct Missing {
+  std::string name, reason;
+};
+
+struct Catalogue {
+  std::vector<Workload> workloads;
+  std::vector<Missing> missing;
+};
+
+// Those whose name contains `filter` (case ignored). Data are looked for in $SMURF_DATA, then in the folder shared/data beside the
+// sources; the bundled headsq in the sources.
+Catalogue catalogue(std::string_view filter = {});
+
+RayBatch rays_of(const Workload& workload, const Surface& surface, int width);
+// Uniform over the surface's domain, the same for every device and run.
+std::vector<glm::vec3> points_of(const Surface& surface, int count);
+
+// The shortest step of the grid: errors are told in this unit.
+double voxel_of(const Volume& volume);
+
+// Integers below `bound` from a fixed seed, the same on every platform.
+class Dice {
+ public:
+  explicit Dice(std::uint64_t seed) : state_(seed) {}
+  std::uint64_t bits();
+  std::size_t below(std::size_t bound) { return std::size_t(bits() % bound); }
+  double unit() { return double(bits() >> 11) * 0x1p-53; }
+
+ private:
+  std::uint64_t state_;
+};
+
+}  // namespace smurf::workloads

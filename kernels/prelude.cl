@@ -1,0 +1,140 @@
+// Lane types and words of the common subset in OpenCL C 1.2 (design: one lane-generic source for two languages).
+//
+// LANES rays or points are handled by one work item: real, integer, mask and word are vectors of LANES
+// elements (scalars for LANES 1). A mask is 0 or -1 per lane (0 or 1 for LANES 1): select with it, never
+// calculate with it. Contraction is off, so that error-free transformations hold; multiply_add says where it may fuse.
+#pragma OPENCL FP_CONTRACT OFF
+
+#define JOIN_(a, b) a##b
+#define JOIN(a, b) JOIN_(a, b)
+
+#if LANES == 1
+#define real float
+#define integer int
+#define mask int
+#define word uint
+#define to_real(i) ((float)(i))
+#define to_integer(r) ((int)(r))
+#define to_word(i) ((uint)(i))
+#define to_signed(w) ((int)(w))
+#define as_real(w) as_float(w)
+#define as_word(r) as_uint(r)
+#define any_lane(m) (m)
+#define mask_all() 1
+#define mask_none() 0
+#else
+#define real JOIN(float, LANES)
+#define integer JOIN(int, LANES)
+#define mask JOIN(int, LANES)
+#define word JOIN(uint, LANES)
+#define to_real(i) JOIN(convert_float, LANES)(i)
+#define to_integer(r) JOIN(convert_int, LANES)(r)
+#define to_word(i) JOIN(as_uint, LANES)(i)
+#define to_signed(w) JOIN(as_int, LANES)(w)
+#define as_real(w) JOIN(as_float, LANES)(w)
+#define as_word(r) JOIN(as_uint, LANES)(r)
+#if defined(__has_builtin)
+#if __has_builtin(__builtin_reduce_or)
+#define any_lane(m) (__builtin_reduce_or(m) != 0)
+#endif
+#endif
+#ifndef any_lane
+#define any_lane(m) any(m)
+#endif
+#define mask_all() ((mask)(-1))
+#define mask_none() ((mask)(0))
+#endif
+
+#define splat(x) ((real)(x))
+#define splat_integer(x) ((integer)(x))
+#define splat_word(x) ((word)(x))
+#define absolute(x) fabs(x)
+#define round_down(x) floor(x)
+#define square_root(x) sqrt(x)
+
+#define FN static inline __attribute__((always_inline))
+#define STRUCT(name) typedef struct name name; struct name
+#define UNROLL _Pragma("unroll")
+#define WORK_GROUP __attribute__((reqd_work_group_size(GROUP, 1, 1)))
+
+// a*b + c, fused where that is fast; for results that may differ in the last place between devices.
+#ifdef FP_FAST_FMAF
+#define multiply_add(a, b, c) fma(a, b, c)
+// Rounding error of a*b, exact, where p is the rounded product.
+#define product_error(a, b, p) fma(a, b, -(p))
+#else
+#define multiply_add(a, b, c) ((a) * (b) + (c))
+// Dekker 1971: split both factors into halves of 12 bits, whose products are exact.
+FN real split_high(real a) {
+  real c = 4097.0f * a;
+  return c - (c - a);
+}
+FN real product_error(real a, real b, real p) {
+  real a_high = split_high(a);
+  real b_high = split_high(b);
+  real a_low = a - a_high;
+  real b_low = b - b_high;
+  return ((a_high * b_high - p) + a_high * b_low + a_low * b_high) + a_low * b_low;
+}
+#endif
+// Rounding error of a + b, exact, where s is the rounded sum (Knuth).
+FN real sum_error(real a, real b, real s) {
+  real v = s - a;
+  return (a - (s - v)) + (b - v);
+}
+
+// A buffer of 32-bit words. Indices must be valid on every lane.
+#define Buffer __global uint*
+
+#define load_uniform_word(b, i) ((b)[i])
+#define load_uniform_integer(b, i) ((int)(b)[i])
+#define load_uniform_real(b, i) as_float((b)[i])
+
+#if LANES == 1
+#define GATHER(b, i) (b)[i]
+#elif LANES == 4
+#define GATHER(b, i) (uint4)((b)[(i).s0], (b)[(i).s1], (b)[(i).s2], (b)[(i).s3])
+#elif LANES == 8
+#define GATHER(b, i) (uint8)((b)[(i).s0], (b)[(i).s1], (b)[(i).s2], (b)[(i).s3], (b)[(i).s4], (b)[(i).s5], (b)[(i).s6], (b)[(i).s7])
+#elif LANES == 16
+#define GATHER(b, i) (uint16)((b)[(i).s0], (b)[(i).s1], (b)[(i).s2], (b)[(i).s3], (b)[(i).s4], (b)[(i).s5], (b)[(i).s6], (b)[(i).s7], \
+    (b)[(i).s8], (b)[(i).s9], (b)[(i).sa], (b)[(i).sb], (b)[(i).sc], (b)[(i).sd], (b)[(i).se], (b)[(i).sf])
+#endif
+FN word load_word(Buffer b, integer i) { return GATHER(b, i); }
+FN integer load_integer(Buffer b, integer i) { return to_signed(load_word(b, i)); }
+FN real load_real(Buffer b, integer i) { return as_real(load_word(b, i)); }
+
+// Stores the lanes in m.
+#if LANES == 1
+FN void store_word(Buffer b, integer i, word v, mask m) {
+  if (m) b[i] = v;
+}
+#else
+FN void store_word(Buffer b, integer i, word v, mask m) {
+  int index[LANES];
+  uint value[LANES];
+  int wanted[LANES];
+  JOIN(vstore, LANES)(i, 0, index);
+  JOIN(vstore, LANES)(v, 0, value);
+  JOIN(vstore, LANES)(m, 0, wanted);
+  for (int lane = 0; lane < LANES; lane++) {
+    if (wanted[lane]) b[index[lane]] = value[lane];
+  }
+}
+#endif
+FN void store_integer(Buffer b, integer i, integer v, mask m) { store_word(b, i, to_word(v), m); }
+FN void store_real(Buffer b, integer i, real v, mask m) { store_word(b, i, as_word(v), m); }
+#define store_uniform_word(b, i, v) ((b)[i] = (v))
+#define store_uniform_integer(b, i, v) ((b)[i] = (uint)(v))
+#define store_uniform_real(b, i, v) ((b)[i] = as_uint(v))
+
+// The items of work item i: LANES consecutive ones.
+#if LANES == 1
+#define lane_items(i) ((int)(i))
+#elif LANES == 4
+#define lane_items(i) ((int)(i) * 4 + (int4)(0, 1, 2, 3))
+#elif LANES == 8
+#define lane_items(i) ((int)(i) * 8 + (int8)(0, 1, 2, 3, 4, 5, 6, 7))
+#elif LANES == 16
+#define lane_items(i) ((int)(i) * 16 + (int16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
+#endif

@@ -1,0 +1,13 @@
+// B-spline coefficients along one axis.
+#include "bspline_prefilter.inc"
+
+layout(local_size_x = GROUP) in;
+
+layout(push_constant) uniform Arguments {
+  Buffer coefficients;
+  int size_x, size_y, size_z, axis;
+};
+
+void main() {
+  bspline_prefilter_lines(coefficients, lane_items(item_index()), size_x, size_y, size_z, axis);
+}

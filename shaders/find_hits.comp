@@ -1,0 +1,14 @@
+// First or all hits of the rays of a tile.
+#include "find_hits.inc"
+
+layout(local_size_x = GROUP) in;
+
+layout(push_constant) uniform Arguments {
+  Buffer parameters, surface_a, surface_b, surface_c, surface_d, rays, counts, slots;
+  int first, count, stride, image_width, capacity, first_only;
+};
+
+void main() {
+  Surface surface = surface_open(parameters, surface_a, surface_b, surface_c, surface_d);
+  find_hits_of(surface, rays, counts, slots, lane_items(item_index()), first, count, stride, image_width, capacity, first_only);
+}

@@ -1,0 +1,17 @@
+// Compressed rows of a tile.
+#include "order.inc"
+
+layout(local_size_x = GROUP) in;
+
+layout(push_constant) uniform Arguments {
+  Buffer rays, counts, slots, block_offsets, row_rays, row_t, row_uncertainty, row_status, row_locations;
+  int first, count, stride, capacity, block;
+};
+
+void main() {
+  int which = int(item_index());
+  if (which * block < count) {
+    order_block(rays, counts, slots, row_rays, row_t, row_uncertainty, row_status, row_locations, which, first, count, stride, capacity,
+                block, load_uniform_integer(block_offsets, which));
+  }
+}

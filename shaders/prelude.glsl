@@ -1,0 +1,87 @@
+// Lane types and words of the common subset in GLSL for Vulkan: kernels/prelude.cl with one lane, word for word.
+//
+// Buffers are references: 64-bit addresses that arrive as push constants, with no limit on their size. Contraction is
+// off (the SPIR-V is decorated for it after compilation), so that error-free transformations hold; multiply_add says
+// where it may fuse.
+#extension GL_EXT_buffer_reference : require
+#extension GL_EXT_control_flow_attributes : require
+
+#define real float
+#define integer int
+#define mask bool
+#define word uint
+#define to_real(i) float(i)
+#define to_integer(r) int(r)
+#define to_word(i) uint(i)
+#define to_signed(w) int(w)
+#define as_real(w) uintBitsToFloat(w)
+#define as_word(r) floatBitsToUint(r)
+#define any_lane(m) (m)
+#define mask_all() true
+#define mask_none() false
+
+#define splat(x) float(x)
+#define splat_integer(x) int(x)
+#define splat_word(x) uint(x)
+#define absolute(x) abs(x)
+#define round_down(x) floor(x)
+#define square_root(x) sqrt(x)
+
+#define FN
+#define STRUCT(name) struct name
+#define UNROLL [[unroll]]
+
+// a*b + c, fused where that is fast; for results that may differ in the last place between devices.
+#define multiply_add(a, b, c) fma(a, b, c)
+// Vulkan does not promise that fma rounds once, so products are taken apart without it.
+// Dekker 1971: split both factors into halves of 12 bits, whose products are exact.
+real split_high(real a) {
+  precise real c = 4097.0f * a;
+  precise real high = c - (c - a);
+  return high;
+}
+// Rounding error of a*b, exact, where p is the rounded product.
+real product_error(real a, real b, real p) {
+  real a_high = split_high(a);
+  real b_high = split_high(b);
+  precise real a_low = a - a_high;
+  precise real b_low = b - b_high;
+  precise real error = ((a_high * b_high - p) + a_high * b_low + a_low * b_high) + a_low * b_low;
+  return error;
+}
+// Rounding error of a + b, exact, where s is the rounded sum (Knuth).
+real sum_error(real a, real b, real s) {
+  precise real v = s - a;
+  precise real error = (a - (s - v)) + (b - v);
+  return error;
+}
+
+// A buffer of 32-bit words. Indices must be valid on every lane.
+layout(buffer_reference, std430, buffer_reference_align = 4) buffer Buffer { uint words[]; };
+
+#define load_uniform_word(b, i) ((b).words[i])
+#define load_uniform_integer(b, i) int((b).words[i])
+#define load_uniform_real(b, i) uintBitsToFloat((b).words[i])
+
+word load_word(Buffer b, integer i) { return b.words[i]; }
+integer load_integer(Buffer b, integer i) { return int(b.words[i]); }
+real load_real(Buffer b, integer i) { return uintBitsToFloat(b.words[i]); }
+
+// Stores the lanes in m.
+void store_word(Buffer b, integer i, word v, mask m) {
+  if (m) b.words[i] = v;
+}
+void store_integer(Buffer b, integer i, integer v, mask m) { store_word(b, i, uint(v), m); }
+void store_real(Buffer b, integer i, real v, mask m) { store_word(b, i, floatBitsToUint(v), m); }
+#define store_uniform_word(b, i, v) ((b).words[i] = (v))
+#define store_uniform_integer(b, i, v) ((b).words[i] = uint(v))
+#define store_uniform_real(b, i, v) ((b).words[i] = floatBitsToUint(v))
+
+// The items of work item i: one.
+#define lane_items(i) int(i)
+
+// The work item's number. Rows of work groups follow each other: one row alone is limited in length.
+// (GROUP and not gl_WorkGroupSize, which is 1 as long as the entry's layout has not been read.)
+uint item_index() {
+  return (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * GROUP + gl_LocalInvocationID.x;
+}

@@ -1,0 +1,24 @@
+// The worst offender of a case, as files and a command that asks about this one ray again.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "smurf/rays.hpp"
+#include "smurf/surface.hpp"
+#include "smurf/volume.hpp"
+
+namespace smurf::test {
+
+// The folder that tests write to; created.
+std::filesystem::path output_folder();
+
+// Writes a volume as NRRD, and returns the file.
+std::filesystem::path save_volume(const Volume& volume, const std::filesystem::path& file);
+
+// Writes the surface (NRRD and JSON) and the ray (CSV) into the output folder, named by the case; returns the command
+// line of the program that casts it on the device.
+std::string replay_command(const std::string& name, const Volume& volume, double isovalue, Reconstruction reconstruction,
+                           const Ray& ray, const std::string& device);
+
+}  // namespace smurf::test
