@@ -110,9 +110,7 @@ Ready set_up_device(const Workload& workload, int size, const std::string& name,
     Answers answers;
   };
   auto kept = std::make_shared<Kept>(open_device(name, options));
-  Budget budget;
-  budget.seconds = 6;
-  const int fitting = fitting_size(kept->device, workload, size, budget);
+  const int fitting = fitting_size(kept->device, workload, size, Budget{});
   Task& task = shared_task(workload, fitting);
   kept->interrogator.emplace(kept->device, task.surface());
 

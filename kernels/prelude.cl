@@ -8,6 +8,12 @@
 #define JOIN_(a, b) a##b
 #define JOIN(a, b) JOIN_(a, b)
 
+#if defined(__has_builtin)
+#define HAS_BUILTIN(name) __has_builtin(name)
+#else
+#define HAS_BUILTIN(name) 0
+#endif
+
 #if LANES == 1
 #define real float
 #define integer int
@@ -33,12 +39,9 @@
 #define to_signed(w) JOIN(as_int, LANES)(w)
 #define as_real(w) JOIN(as_float, LANES)(w)
 #define as_word(r) JOIN(as_uint, LANES)(r)
-#if defined(__has_builtin)
-#if __has_builtin(__builtin_reduce_or)
+#if HAS_BUILTIN(__builtin_reduce_or)
 #define any_lane(m) (__builtin_reduce_or(m) != 0)
-#endif
-#endif
-#ifndef any_lane
+#else
 #define any_lane(m) any(m)
 #endif
 #define mask_all() ((mask)(-1))
@@ -58,7 +61,7 @@
 #define WORK_GROUP __attribute__((reqd_work_group_size(GROUP, 1, 1)))
 
 // a*b + c, fused where that is fast; for results that may differ in the last place between devices.
-#ifdef FP_FAST_FMAF
+#if defined(FP_FAST_FMAF) || defined(__FMA__)
 #define multiply_add(a, b, c) fma(a, b, c)
 // Rounding error of a*b, exact, where p is the rounded product.
 #define product_error(a, b, p) fma(a, b, -(p))
@@ -90,8 +93,16 @@ FN real sum_error(real a, real b, real s) {
 #define load_uniform_integer(b, i) ((int)(b)[i])
 #define load_uniform_real(b, i) as_float((b)[i])
 
+// A gather over lanes. Where the compiler offers the processor's own instruction it is asked for by name: spelled out, sixteen loads a
+// gather cost the optimizer most of a program's compile time.
 #if LANES == 1
 #define GATHER(b, i) (b)[i]
+#elif LANES == 16 && defined(__AVX512F__) && HAS_BUILTIN(__builtin_ia32_gathersiv16si)
+#define GATHER(b, i) as_uint16(__builtin_ia32_gathersiv16si((int16)(0), (void const*)(ulong)(b), i, (ushort)0xffff, 4))
+#elif LANES == 8 && defined(__AVX2__) && HAS_BUILTIN(__builtin_ia32_gatherd_d256)
+#define GATHER(b, i) as_uint8(__builtin_ia32_gatherd_d256((int8)(0), (int const*)(ulong)(b), i, (int8)(-1), 4))
+#elif LANES == 4 && defined(__AVX2__) && HAS_BUILTIN(__builtin_ia32_gatherd_d)
+#define GATHER(b, i) as_uint4(__builtin_ia32_gatherd_d((int4)(0), (int const*)(ulong)(b), i, (int4)(-1), 4))
 #elif LANES == 4
 #define GATHER(b, i) (uint4)((b)[(i).s0], (b)[(i).s1], (b)[(i).s2], (b)[(i).s3])
 #elif LANES == 8

@@ -44,7 +44,8 @@ TEST(AnalyticFields, DerivativesAgreeWithDifferences) {
         glm::dvec3 step(0.0);
         step[axis] = h;
         const Jet after = n.field->at(p + step), before = n.field->at(p - step);
-        EXPECT_NEAR((after.value - before.value) / (2 * h), jet.gradient[axis], 1e-5 * (1 + std::abs(jet.gradient[axis])))
+        EXPECT_NEAR((after.value - before.value) / (2 * h), jet.gradient[axis],
+                    1e-5 * (1 + std::abs(jet.gradient[axis])))
             << n.name;
         const glm::dvec3 column = (after.gradient - before.gradient) / (2 * h);
         EXPECT_LT(glm::length(column - jet.hessian[axis]), 1e-4 * (1 + glm::length(jet.hessian[axis]))) << n.name;
@@ -59,7 +60,8 @@ TEST(AnalyticFields, RootsAreWhereTheFieldHasTheLevel) {
   for (const Named& n : all_fields()) {
     std::size_t found = 0;
     for (int i = 0; i < 50; i++) {
-      const glm::dvec3 a(uniform(random), uniform(random), uniform(random)), b(uniform(random), uniform(random), uniform(random));
+      const glm::dvec3 a(uniform(random), uniform(random), uniform(random)),
+          b(uniform(random), uniform(random), uniform(random));
       const glm::dvec3 d = b - a, o = a - d;
       const std::vector<double> roots = n.field->roots(n.level, o, d, 0.5, 2.5);
       found += roots.size();
@@ -118,7 +120,8 @@ TEST(RayFamilies, AreTheSameEveryTimeAndValidWhereTheySaySo) {
     EXPECT_EQ(std::memcmp(a[i].rays.data(), b[i].rays.data(), 44 * 8 * sizeof(float)), 0) << a[i].name;
     for (std::size_t r = 0; r < 44 && a[i].valid; r++) {
       const Ray ray = a[i].rays[r];
-      EXPECT_TRUE(std::isfinite(ray.origin.x + ray.origin.y + ray.origin.z + ray.direction.x + ray.direction.y + ray.direction.z));
+      EXPECT_TRUE(std::isfinite(ray.origin.x + ray.origin.y + ray.origin.z + ray.direction.x + ray.direction.y +
+                                ray.direction.z));
       EXPECT_NE(ray.direction, glm::vec3(0.0f)) << a[i].name;
       EXPECT_LE(ray.t_min, ray.t_max) << a[i].name;
     }

@@ -28,7 +28,11 @@ fs::path test_folder() {
   return folder;
 }
 
-void put(const fs::path& file, const std::string& bytes) { std::ofstream(file, std::ios::binary) << bytes; }
+// Removed first: where a file is truncated and written anew, file systems wait for the disk.
+void put(const fs::path& file, const std::string& bytes) {
+  fs::remove(file);
+  std::ofstream(file, std::ios::binary) << bytes;
+}
 
 // The message of the Error (input) that `action` throws.
 template <class Action>
@@ -417,7 +421,7 @@ TEST(Nrrd, survives_mutated_files) {
   std::mt19937 random(11);
   const auto below = [&](std::size_t bound) { return std::size_t(random() % std::max<std::size_t>(bound, 1)); };
   int read = 0, refused = 0;
-  for (int round = 0; round < 4000; round++) {
+  for (int round = 0; round < 3000; round++) {
     std::string bytes = seeds[below(seeds.size())];
     for (std::size_t changes = 1 + below(2); changes > 0; changes--) {
       const std::size_t place = below(bytes.size());
@@ -440,8 +444,8 @@ TEST(Nrrd, survives_mutated_files) {
       refused++;
     }
   }
-  EXPECT_GT(read, 200);  // else the test damages too much
-  EXPECT_GT(refused, 2000);
+  EXPECT_GT(read, 150);  // else the test damages too much
+  EXPECT_GT(refused, 1500);
 }
 
 }  // namespace

@@ -43,24 +43,32 @@ std::vector<std::string> devices_to_measure(const BenchOptions& options) {
   return names;
 }
 
-// Errors that matter for the kind of workload: |t| in voxels, or the value relative to the range; then curvature.
-std::string error_text(double error) { return error > 0 ? fmt::format("{:.1e}", error) : "0"; }
-
-void print_header() {
-  fmt::print("{:<16} {:>8} {:<12} {:>5} {:>9} {:>9} {:>9} {:>8} {:>8} {:>6} {:>6} {:>9} {:>9} {:>9} {:>8}\n",
-             "workload", "size", "device", "lanes", "M/s", "kernels", "ref M/s", "x ref", "hits", "missed", "extra",
-             "flagged", "t error", "k error", "MiB");
+std::string error_text(bool measured, double error) {
+  return !measured ? "-" : error > 0 ? fmt::format("{:.1e}", error) : "0";
 }
 
-void print_row(const Measurement& m, bool casts) {
+std::string count_text(bool measured, std::size_t count) { return measured ? fmt::format("{}", count) : "-"; }
+
+void print_header() {
+  fmt::print(
+      "{:<16} {:>8} {:<10} {:>5} {:>9} {:>9} {:>9} {:>9} {:>7} {:>8} {:>6} {:>6} {:>8} {:>8} {:>8} {:>8} {:>8}\n",
+      "workload", "size", "device", "lanes", "M/s", "M/core-s", "kernels", "ref M/s", "x ref", "hits", "missed",
+      "extra", "flagged", "t error", "n error", "k error", "MiB");
+}
+
+void print_row(const Measurement& m, const Workload& workload) {
+  const bool casts = workload.casts();
+  const bool bends = contains(workload.properties, Property::principal);
   const double kernels = m.kernel_seconds > 0 ? 1e-6 * double(m.count) / m.kernel_seconds : 0;
   fmt::print(
-      "{:<16} {:>8} {:<12} {:>5} {:>9.4g} {:>9} {:>9.3g} {:>8.3g} {:>8} {:>6} {:>6} {:>9} {:>9} {:>9} {:>8.1f}\n",
-      m.workload, m.size, m.device, m.lanes, 1e-6 * m.rate(), kernels > 0 ? fmt::format("{:.4g}", kernels) : "-",
-      1e-6 * m.reference_rate, m.rate() / m.reference_rate, casts ? fmt::format("{}", m.hits) : "-",
-      casts ? fmt::format("{}", m.verdict.missed) : "-", casts ? fmt::format("{}", m.verdict.invented) : "-",
-      casts ? error_text(m.flagged_fraction()) : "-", error_text(casts ? m.verdict.t.worst : m.verdict.value.worst),
-      error_text(m.verdict.curvature.p99), double(m.device_bytes) / (1 << 20));
+      "{:<16} {:>8} {:<10} {:>5} {:>9.4g} {:>9.4g} {:>9} {:>9.3g} {:>7.3g} {:>8} {:>6} {:>6} {:>8} {:>8} {:>8} {:>8} "
+      "{:>8.1f}\n",
+      m.workload, m.size, m.device, m.lanes, 1e-6 * m.rate(), 1e-6 * m.core_rate(),
+      kernels > 0 ? fmt::format("{:.4g}", kernels) : "-", 1e-6 * m.reference_rate, m.rate() / m.reference_rate,
+      count_text(casts, m.hits), count_text(casts, m.verdict.missed), count_text(casts, m.verdict.invented),
+      error_text(casts, m.flagged_fraction()), error_text(true, casts ? m.verdict.t.worst : m.verdict.value.worst),
+      error_text(true, m.verdict.normal.p99), error_text(bends, m.verdict.curvature.p99),
+      double(m.device_bytes) / (1 << 20));
   std::fflush(stdout);
 }
 
@@ -95,7 +103,7 @@ int run_bench(const BenchOptions& options) {
   const Budget budget;
   const StatusLine status(options.quiet);
   nlohmann::json results = nlohmann::json::array(), missing = nlohmann::json::array();
-  std::size_t wrong = 0;
+  std::size_t wrong = 0, failed = 0;
   print_header();
   for (const Workload& workload : list.workloads) {
     std::map<int, std::unique_ptr<Task>> tasks;  // by size; devices share the reference's answers
@@ -103,16 +111,25 @@ int run_bench(const BenchOptions& options) {
       int last_size = 0;
       for (int size : workload.sizes) {
         status.show(fmt::format("{} at {} on {} …", workload.name, size, device));
-        size = fitting_size(open_device(device), workload, size, budget);
-        if (size == last_size) continue;  // a slow device: both sizes came down to the same
-        last_size = size;
-        auto& task = tasks[size];
-        if (!task) task = std::make_unique<Task>(workload, size);
-        const Measurement measurement = measure(device, {}, *task, budget);
-        status.show("");
-        print_row(measurement, workload.casts());
-        wrong += measurement.verdict.missed + measurement.verdict.invented;
-        results.push_back(measurement);
+        try {
+          size = fitting_size(open_device(device), workload, size, budget);
+          if (size == last_size) continue;  // a slow device: both sizes came down to the same
+          last_size = size;
+          auto& task = tasks[size];
+          if (!task) task = std::make_unique<Task>(workload, size);
+          const Measurement measurement = measure(device, {}, *task, budget);
+          status.show("");
+          print_row(measurement, workload);
+          wrong += measurement.verdict.missed + measurement.verdict.invented;
+          results.push_back(measurement);
+        } catch (const Error& error) {
+          // One device that fails does not take the others' results with it; the exit code tells.
+          status.show("");
+          const std::string reason = fmt::format("at {} on {}: {}", size, device, error.what());
+          fmt::print("{:<16} failed {}\n", workload.name, reason);
+          missing.push_back({{"workload", workload.name}, {"reason", reason}});
+          failed++;
+        }
       }
     }
   }
@@ -127,9 +144,9 @@ int run_bench(const BenchOptions& options) {
   }
   if (wrong > 0) {
     fmt::print(stderr, "smurf: {} hits on the checked samples differ from the reference\n", wrong);
-    return 1;
   }
-  return 0;
+  if (failed > 0) fmt::print(stderr, "smurf: {} measurements failed\n", failed);
+  return wrong > 0 || failed > 0 ? 1 : 0;
 }
 
 }  // namespace smurf

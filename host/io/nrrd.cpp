@@ -89,7 +89,7 @@ bool holds_numbers(int field) {
 }
 
 bool is_interpreted(int field) {
-  return holds_numbers(field) || field == nrrdField_type || field == nrrdField_block_size || field == nrrdField_space ||
+  return holds_numbers(field) || field == nrrdField_type || field == nrrdField_space ||
          field == nrrdField_centers || field == nrrdField_endian || field == nrrdField_encoding;
 }
 

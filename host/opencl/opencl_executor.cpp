@@ -300,6 +300,9 @@ cl::Program OpenclExecutor::load(const std::string& key) const {
 }
 
 void OpenclExecutor::store(const std::string& key, const cl::Program& program) const {
+  // PoCL generates code when it is asked for a binary, for any work-group size, and once more at the launch for
+  // the size that is used: asking doubles the time to compile. It keeps a cache of its own, by source.
+  if (found_.info.platform.find("Portable Computing Language") != std::string::npos) return;
   try {
     const auto binaries = program.getInfo<CL_PROGRAM_BINARIES>();
     if (binaries.size() == 1 && !binaries[0].empty()) store_cached(key, binaries[0].data(), binaries[0].size());

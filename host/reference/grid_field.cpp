@@ -19,6 +19,7 @@ double rounded_to_float(double v) {
 
 // Index of the whole-sample symmetric continuation.
 int mirrored(int i, int n) {
+  if (i >= 0 && i < n) return i;
   if (n == 1) return 0;
   const int period = 2 * (n - 1);
   i = ((i % period) + period) % period;
@@ -205,25 +206,34 @@ std::size_t GridField::bytes() const {
   return values_.size() * sizeof(double) + undefined_.size() + blocks_.size() * sizeof(Block);
 }
 
-void GridField::load(const glm::ivec3& cell, double offset, Cell& out) const {
-  const int before = width_ == 2 ? 0 : 1;
-  std::array<std::array<int, 4>, 3> index{};
-  for (int a = 0; a < 3; a++) {
-    for (int i = 0; i < width_; i++) index[a][i] = mirrored(cell[a] - before + i, size_[a]);
-  }
-  out.lower = std::numeric_limits<double>::infinity();
-  out.upper = -out.lower;
+// Bounds are kept per column of taps, so that compilers turn the inner loop into vector instructions.
+template <int width>
+void GridField::load_taps(const glm::ivec3& cell, double offset, Cell& out) const {
+  const glm::ivec3 first = cell - (width - 2) / 2;
+  const bool inside = first.x >= 0 && first.x + width <= size_.x;
+  double lower[width], upper[width];
+  std::fill_n(lower, width, std::numeric_limits<double>::infinity());
+  std::fill_n(upper, width, -std::numeric_limits<double>::infinity());
   double* tap = out.taps.data();
-  for (int k = 0; k < width_; k++) {
-    for (int j = 0; j < width_; j++) {
-      const double* row = values_.data() + sample_index(0, index[1][j], index[2][k]);
-      for (int i = 0; i < width_; i++) {
-        const double v = row[index[0][i]] - offset;
-        out.lower = std::min(out.lower, v);
-        out.upper = std::max(out.upper, v);
-        *tap++ = v;
+  for (int k = 0; k < width; k++) {
+    for (int j = 0; j < width; j++, tap += width) {
+      const double* row = values_.data() + sample_index(0, mirrored(first.y + j, size_.y), mirrored(first.z + k, size_.z));
+      for (int i = 0; i < width; i++) tap[i] = row[inside ? first.x + i : mirrored(first.x + i, size_.x)] - offset;
+      for (int i = 0; i < width; i++) {
+        lower[i] = std::min(lower[i], tap[i]);
+        upper[i] = std::max(upper[i], tap[i]);
       }
     }
+  }
+  out.lower = *std::min_element(lower, lower + width);
+  out.upper = *std::max_element(upper, upper + width);
+}
+
+void GridField::load(const glm::ivec3& cell, double offset, Cell& out) const {
+  if (width_ == 2) {
+    load_taps<2>(cell, offset, out);
+  } else {
+    load_taps<4>(cell, offset, out);
   }
   out.scale = std::max(std::abs(out.lower), std::abs(out.upper));
   out.rounding = 8 * std::numeric_limits<double>::epsilon() * (std::abs(offset) + out.scale);
@@ -231,11 +241,14 @@ void GridField::load(const glm::ivec3& cell, double offset, Cell& out) const {
 }
 
 double GridField::evaluate(const Cell& cell, const glm::dvec3& local) const {
-  const Weights x = weights_of(reconstruction_, local.x);
-  const Weights y = weights_of(reconstruction_, local.y);
-  const Weights z = weights_of(reconstruction_, local.z);
-  if (width_ == 2) return tensor_sum<2>(cell.taps.data(), &x[0][1], &y[0][1], &z[0][1]);
-  return tensor_sum<4>(cell.taps.data(), x[0].data(), y[0].data(), z[0].data());
+  if (width_ == 2) {
+    const double x[2] = {1 - local.x, local.x}, y[2] = {1 - local.y, local.y}, z[2] = {1 - local.z, local.z};
+    return tensor_sum<2>(cell.taps.data(), x, y, z);
+  }
+  const bool spline = reconstruction_ == Reconstruction::tricubic;
+  std::array<double, 4> weight[3];
+  for (int a = 0; a < 3; a++) weight[a] = spline ? spline_weights(local[a])[0] : convolution_weights(local[a])[0];
+  return tensor_sum<4>(cell.taps.data(), weight[0].data(), weight[1].data(), weight[2].data());
 }
 
 bool GridField::locate(const glm::dvec3& point, glm::ivec3& cell, glm::dvec3& local) const {

@@ -82,6 +82,8 @@ class GridField {
     std::array<std::array<double, 4>, 3> weight;
   };
 
+  template <int width>
+  void load_taps(const glm::ivec3& cell, double offset, Cell& out) const;
   void read_samples(const Volume& volume);
   void mark_undefined(const std::vector<std::size_t>& not_finite);
   void solve_coefficients();

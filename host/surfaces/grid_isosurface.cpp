@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -115,6 +116,9 @@ class ResidentGridIsosurface final : public ResidentSurface {
       : executor_(executor), volume_(surface.volume), reconstruction_(surface.reconstruction) {
     const glm::ivec3 size = volume_.size();
     blocks_ = glm::max((size - 1 + block_cells - 1) / block_cells, glm::ivec3(1));
+    // Shifts in place of products when kernels look for a block.
+    blocks_.x = int(std::bit_ceil(unsigned(blocks_.x)));
+    blocks_.y = int(std::bit_ceil(unsigned(blocks_.y)));
     choose_modules();
     upload_parameters();
     upload_samples();
@@ -162,10 +166,11 @@ class ResidentGridIsosurface final : public ResidentSurface {
       put_real(high_at, high);
       put_real(low_at, float(value - double(high)));
     };
+    put_integer(GRID_BLOCK_SHIFTS, std::countr_zero(unsigned(blocks_.x)));
+    put_integer(GRID_BLOCK_SHIFTS + 1, std::countr_zero(unsigned(blocks_.x)) + std::countr_zero(unsigned(blocks_.y)));
     const glm::dmat3 world_to_index = glm::inverse(volume_.placement().axes);
     for (int i = 0; i < 3; i++) {
       put_integer(GRID_SIZE + i, volume_.size()[i]);
-      put_integer(GRID_BLOCKS + i, blocks_[i]);
       put_double(GRID_ORIGIN_HIGH + i, GRID_ORIGIN_LOW + i, volume_.placement().origin[i]);
       for (int j = 0; j < 3; j++) {
         put_double(GRID_MATRIX_HIGH + 3 * i + j, GRID_MATRIX_LOW + 3 * i + j, world_to_index[j][i]);

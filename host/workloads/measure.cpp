@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <sys/utsname.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -17,6 +18,18 @@ double seconds_of(const std::function<void()>& body) {
   const auto start = std::chrono::steady_clock::now();
   body();
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// Processor time that this process has spent so far on all cores.
+double core_seconds() {
+  timespec spent{};
+  ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &spent);
+  return double(spent.tv_sec) + 1e-9 * double(spent.tv_nsec);
+}
+
+double median(std::vector<double> values) {
+  std::ranges::sort(values);
+  return 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
 }
 
 std::map<std::string, double> kernel_seconds(const Device& device) {
@@ -103,16 +116,18 @@ void count_hits(const HitList& hits, Measurement& measurement) {
 
 void time_runs(const Budget& budget, const std::function<void()>& body, Measurement& measurement) {
   body();
-  std::vector<double> times;
+  std::vector<double> times, core_times;
   double spent = 0;
   while (times.size() < budget.runs || (spent < budget.seconds && times.size() < budget.most_runs)) {
+    const double core_start = core_seconds();
     times.push_back(seconds_of(body));
+    core_times.push_back(core_seconds() - core_start);
     spent += times.back();
   }
-  std::ranges::sort(times);
   measurement.runs = times.size();
-  measurement.best_seconds = times.front();
-  measurement.median_seconds = 0.5 * (times[(times.size() - 1) / 2] + times[times.size() / 2]);
+  measurement.best_seconds = std::ranges::min(times);
+  measurement.median_seconds = median(times);
+  measurement.core_seconds = median(core_times);
 }
 
 int fitting_size(const Device& device, const Workload& workload, int size, const Budget& budget) {
@@ -123,7 +138,7 @@ int fitting_size(const Device& device, const Workload& workload, int size, const
   ask(interrogator, pilot);
   const double rate = double(pilot.count()) / seconds_of([&] { ask(interrogator, pilot); });
   auto fits = [&](int candidate) {
-    return double(workload.count(candidate)) / rate * double(budget.runs + 1) <= 1.5 * budget.seconds;
+    return double(workload.count(candidate)) / rate * double(budget.runs + 1) <= budget.most_seconds;
   };
   while (size > pilot_size && !fits(size)) size /= workload.casts() ? 2 : 8;
   return std::max(size, pilot_size);
@@ -166,6 +181,8 @@ void to_json(nlohmann::json& json, const Measurement& m) {
           {"set_up_seconds", m.set_up_seconds},
           {"median_seconds", m.median_seconds},
           {"best_seconds", m.best_seconds},
+          {"core_seconds", m.core_seconds},
+          {"rate_per_core_second", m.core_rate()},
           {"rate_per_second", m.rate()},
           {"kernel_seconds", m.kernel_seconds},
           {"kernels", m.kernels},

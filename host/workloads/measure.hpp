@@ -58,6 +58,7 @@ struct Measurement {
   std::size_t runs = 0;
   double set_up_seconds = 0;  // upload, prefilter, bounds; programs compiled or read from the cache
   double median_seconds = 0, best_seconds = 0;
+  double core_seconds = 0;    // processor time of one call on all cores of the host, median
   double kernel_seconds = 0;  // of one call; 0 where the device does not tell
   std::map<std::string, double> kernels;
   double reference_rate = 0;  // per second
@@ -66,13 +67,15 @@ struct Measurement {
   Verdict verdict;
 
   double rate() const { return double(count) / median_seconds; }
+  double core_rate() const { return double(count) / core_seconds; }  // per second of one core; steady on a busy machine
   double flagged_fraction() const { return double(flagged_rays) / double(count); }
 };
 void to_json(nlohmann::json& json, const Measurement& measurement);
 
 struct Budget {
-  double seconds = 3;    // for the timed runs together
-  std::size_t runs = 5;  // at least
+  double seconds = 3;        // for the timed runs together, where runs are short
+  double most_seconds = 12;  // for the fewest runs, where they are long: beyond it, the size is reduced
+  std::size_t runs = 5;      // at least
   std::size_t most_runs = 25;
 };
 

@@ -24,7 +24,7 @@ struct Scene {
 // Distance functions on three placements: as the indices, sheared and left-handed, anisotropic and far from the origin.
 Scene sphere() {
   const glm::ivec3 size(32);
-  return {"sphere", sphere_field({15.3, 15.9, 15.1}, 11.2), {.size = size, .placement = {}}, 0};
+  return {"sphere", sphere_field({15.3, 15.9, 15.1}, 11.2), {.size = size}, 0};
 }
 
 Scene cylinder() {
@@ -42,13 +42,18 @@ Scene torus() {
 Scene polynomial(unsigned seed) {
   const glm::ivec3 size(17, 14, 19);
   const GridPlacement placement = sheared_placement(0.7, seed);
-  return {"polynomial " + std::to_string(seed), random_polynomial_field(3, size, placement, seed),
-          {.size = size, .placement = placement}, 0.125};
+  return {"polynomial " + std::to_string(seed),
+          random_polynomial_field(3, size, placement, seed),
+          {.size = size, .placement = placement},
+          0.125};
 }
 
 Scene marschner_lobb() {
   const glm::ivec3 size(40);
-  return {"Marschner-Lobb", marschner_lobb_field(), {.size = size, .placement = centered(spacing(2 / 39., 2 / 39., 2 / 39.), size)}, 0.5};
+  return {"Marschner-Lobb",
+          marschner_lobb_field(),
+          {.size = size, .placement = centered(spacing(2 / 39., 2 / 39., 2 / 39.), size)},
+          0.5};
 }
 
 void run(const Scene& scene, Reconstruction reconstruction) {

@@ -32,7 +32,8 @@ Jet inside_positive(const Jet& distance, double radius) {
 }
 
 // Where |q + t·e| = radius.
-std::vector<double> quadratic_roots(const glm::dvec3& q, const glm::dvec3& e, double radius, double lower, double upper) {
+std::vector<double> quadratic_roots(const glm::dvec3& q, const glm::dvec3& e, double radius, double lower,
+                                    double upper) {
   if (radius <= 0) return {};
   // About the point of closest approach, so that a far origin costs no digits.
   const long double ee = glm::dot(e, e);
@@ -67,7 +68,8 @@ class Sphere : public AnalyticField {
 class Cylinder : public AnalyticField {
  public:
   Cylinder(const glm::dvec3& point, const glm::dvec3& axis, double radius)
-      : point_(point), projection_(glm::dmat3(1.0) - glm::outerProduct(glm::normalize(axis), glm::normalize(axis))),
+      : point_(point),
+        projection_(glm::dmat3(1.0) - glm::outerProduct(glm::normalize(axis), glm::normalize(axis))),
         radius_(radius) {}
   Jet at(const glm::dvec3& p) const override {
     return inside_positive(distance_jet(projection_ * (p - point_), projection_), radius_);
@@ -301,16 +303,26 @@ Volume sample(const AnalyticField& field, const Sampling& s) {
       for (int i = 0; i < s.size.x; i++)
         values.push_back(field.at(s.placement.origin + s.placement.axes * glm::dvec3(i, j, k)).value);
   switch (s.type) {
-    case SampleType::uint8: return sampled_as<std::uint8_t>(values, s);
-    case SampleType::int8: return sampled_as<std::int8_t>(values, s);
-    case SampleType::uint16: return sampled_as<std::uint16_t>(values, s);
-    case SampleType::int16: return sampled_as<std::int16_t>(values, s);
-    case SampleType::uint32: return sampled_as<std::uint32_t>(values, s);
-    case SampleType::int32: return sampled_as<std::int32_t>(values, s);
-    case SampleType::uint64: return sampled_as<std::uint64_t>(values, s);
-    case SampleType::int64: return sampled_as<std::int64_t>(values, s);
-    case SampleType::float32: return sampled_as<float>(values, s);
-    case SampleType::float64: return sampled_as<double>(values, s);
+    case SampleType::uint8:
+      return sampled_as<std::uint8_t>(values, s);
+    case SampleType::int8:
+      return sampled_as<std::int8_t>(values, s);
+    case SampleType::uint16:
+      return sampled_as<std::uint16_t>(values, s);
+    case SampleType::int16:
+      return sampled_as<std::int16_t>(values, s);
+    case SampleType::uint32:
+      return sampled_as<std::uint32_t>(values, s);
+    case SampleType::int32:
+      return sampled_as<std::int32_t>(values, s);
+    case SampleType::uint64:
+      return sampled_as<std::uint64_t>(values, s);
+    case SampleType::int64:
+      return sampled_as<std::int64_t>(values, s);
+    case SampleType::float32:
+      return sampled_as<float>(values, s);
+    case SampleType::float64:
+      return sampled_as<double>(values, s);
   }
   throw std::logic_error("no such sample type");
 }

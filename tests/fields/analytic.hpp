@@ -24,9 +24,9 @@ class AnalyticField {
 using FieldPointer = std::shared_ptr<const AnalyticField>;
 
 // Distance functions, positive inside, so that isosurface normals point outward.
-FieldPointer sphere_field(const glm::dvec3& center, double radius);                              // radius - |p - c|
-FieldPointer cylinder_field(const glm::dvec3& point, const glm::dvec3& axis, double radius);     // radius - distance
-FieldPointer torus_field(const glm::dvec3& center, double ring_radius, double tube_radius);      // about z
+FieldPointer sphere_field(const glm::dvec3& center, double radius);                           // radius - |p - c|
+FieldPointer cylinder_field(const glm::dvec3& point, const glm::dvec3& axis, double radius);  // radius - distance
+FieldPointer torus_field(const glm::dvec3& center, double ring_radius, double tube_radius);   // about z
 
 // Marschner and Lobb, Visualization 1994, eq. 3, with f_M = 6 and alpha = 1/4.
 FieldPointer marschner_lobb_field();
@@ -45,7 +45,7 @@ FieldPointer random_polynomial_field(int degree, glm::ivec3 size, const GridPlac
 // The field's samples on a grid, as type: stored value = scale·f + offset, rounded for integer types.
 struct Sampling {
   glm::ivec3 size{32};
-  GridPlacement placement;
+  GridPlacement placement = {};
   SampleType type = SampleType::float32;
   double scale = 1, offset = 0;
 };

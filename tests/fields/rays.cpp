@@ -204,8 +204,9 @@ RayFamily camera_rays(const GridFrame& frame, std::size_t count, unsigned seed) 
   const glm::dvec3 center = frame.to_world(0.5 * frame.last());
   double radius = 0;
   for (int corner = 0; corner < 8; corner++)
-    radius = std::max(radius, glm::length(frame.to_world(glm::dvec3(corner & 1, (corner >> 1) & 1, corner >> 2) *
-                                                         frame.last()) - center));
+    radius = std::max(
+        radius,
+        glm::length(frame.to_world(glm::dvec3(corner & 1, (corner >> 1) & 1, corner >> 2) * frame.last()) - center));
   RayFamily out{"camera", RayBatch((count + width - 1) / width * width), true};
   out.rays.image_width = width;
   glm::dvec3 eye(0.0), right(0.0), up(0.0), forward(0.0);

@@ -15,10 +15,12 @@ namespace smurf::test {
 
 struct GridFrame {
   glm::ivec3 size{2};
-  GridPlacement placement;
+  GridPlacement placement = {};
 
   glm::dvec3 to_world(const glm::dvec3& index) const { return placement.origin + placement.axes * index; }
-  glm::dvec3 to_index(const glm::dvec3& world) const { return glm::inverse(placement.axes) * (world - placement.origin); }
+  glm::dvec3 to_index(const glm::dvec3& world) const {
+    return glm::inverse(placement.axes) * (world - placement.origin);
+  }
   glm::dvec3 last() const { return glm::dvec3(size - 1); }
 };
 GridFrame frame_of(const Volume& volume);

@@ -63,8 +63,10 @@ class RayJudge {
       if (hits.rays()[i] != index) wrong = fmt::format("the hit says that it is of ray {}", hits.rays()[i]);
       // The location is origin + t·direction up to rounding.
       const glm::dvec3 p = line.at(t), q(hits.locations()[i]);
-      const double size = glm::length(glm::dvec3(ray.origin)) + std::abs(double(t)) * glm::length(glm::dvec3(ray.direction));
-      if (!(glm::length(p - q) <= 4 * 0x1p-23 * size)) wrong = fmt::format("its location is off by {:.3g}", glm::length(p - q));
+      const double size =
+          glm::length(glm::dvec3(ray.origin)) + std::abs(double(t)) * glm::length(glm::dvec3(ray.direction));
+      if (!(glm::length(p - q) <= 4 * 0x1p-23 * size))
+        wrong = fmt::format("its location is off by {:.3g}", glm::length(p - q));
       if (wrong.empty()) continue;
       fail(index, verdict_.malformed, malformed_severity, fmt::format("hit {}: {}", i - first, wrong));
       return false;
@@ -96,7 +98,8 @@ class RayJudge {
     } else if (line.at_border(t, judging_.border)) {
       // A root that rounding moved into the range.
     } else if (difference <= 1.0 / 16) {
-      fail(index, verdict_.misplaced, difference, fmt::format("t = {:.9g} should be {:.9g}: off by {:.3g} voxels", t, roots[next].t, difference));
+      fail(index, verdict_.misplaced, difference,
+           fmt::format("t = {:.9g} should be {:.9g}: off by {:.3g} voxels", t, roots[next].t, difference));
       taken[next++] = true;
     } else {
       fail(index, verdict_.invented, invented_severity, fmt::format("there is no root at t = {:.9g}", t));
@@ -138,7 +141,8 @@ void Verdict::add(const Verdict& other) {
 
 std::string Verdict::summary() const {
   return fmt::format(
-      "{} rays, {} roots, {} hits, {} rays flagged, {} grazing, |t - truth| <= {:.2g} voxel; {} missed, {} invented, {} "
+      "{} rays, {} roots, {} hits, {} rays flagged, {} grazing, |t - truth| <= {:.2g} voxel; {} missed, {} invented, "
+      "{} "
       "misplaced, {} malformed",
       rays, roots, hits, flagged_rays, grazing, largest_difference, missed, invented, misplaced, malformed);
 }

@@ -33,9 +33,9 @@ struct Verdict {
 };
 
 struct Judging {
-  double t_tolerance;         // voxels
-  double value_tolerance;     // of the field
-  double border = 1e-4;       // voxels: roots this close to an end of the range may be found or not
+  double t_tolerance;      // voxels
+  double value_tolerance;  // of the field
+  double border = 1e-4;    // voxels: roots this close to an end of the range may be found or not
 };
 
 Verdict judge(const HitList& hits, const Truth& truth, const GridField& field, double isovalue, const RayBatch& rays,

@@ -14,7 +14,8 @@ std::vector<TestDevice> open_all() {
   std::vector<TestDevice> devices;
   const auto add = [&](const std::string& name, const std::string& label, int lanes, bool slow) {
     try {
-      devices.push_back({name, label, lanes, slow, open_device(name, {.lanes = lanes, .validation = name == "vulkan"})});
+      devices.push_back(
+          {name, label, lanes, slow, open_device(name, {.lanes = lanes, .validation = name == "vulkan"})});
     } catch (const Error& error) {
       report_missing(label + ": " + error.what());
     }

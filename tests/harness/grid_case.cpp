@@ -46,7 +46,8 @@ void expect_first(const HitList& all, const HitList& first, const std::string& w
     const std::size_t a = all.offsets()[i], f = first.offsets()[i];
     const bool some = all.offsets()[i + 1] > a;
     const std::size_t count = first.offsets()[i + 1] - f;
-    if (count != (some ? 1u : 0u) || (some && (first.t()[f] != all.t()[a] || first.status()[f] != all.status()[a]))) wrong++;
+    if (count != (some ? 1u : 0u) || (some && (first.t()[f] != all.t()[a] || first.status()[f] != all.status()[a])))
+      wrong++;
   }
   EXPECT_EQ(wrong, 0u) << where << ": rays whose first hit is not the first of all hits";
 }
@@ -92,7 +93,8 @@ RayBatch first_rays(const RayBatch& rays, std::size_t count) {
 
 std::vector<RayFamily> families_of(const GridCase& c) {
   const GridFrame frame = frame_of(c.volume);
-  std::vector<RayFamily> families{random_chords(frame, c.random_rays, c.seed), camera_rays(frame, c.random_rays, c.seed + 1)};
+  std::vector<RayFamily> families{random_chords(frame, c.random_rays, c.seed),
+                                  camera_rays(frame, c.random_rays, c.seed + 1)};
   if (c.hostile_rays == 0) return families;
   for (RayFamily& family : hostile_families(frame, surface_samples(c), c.hostile_rays, c.seed + 2))
     families.push_back(std::move(family));
@@ -114,8 +116,8 @@ Verdict expect_hits(const GridCase& c, const std::shared_ptr<const GridField>& f
   }
   const Verdict verdict = judge(hits, truth, *field, c.isovalue, rays, judging_of(c));
   if (verdict.failures() > 0) {
-    ADD_FAILURE() << where << ": " << verdict.summary() << "\n  worst: ray " << verdict.worst_ray << ": " << verdict.worst
-                  << "\n  replay: "
+    ADD_FAILURE() << where << ": " << verdict.summary() << "\n  worst: ray " << verdict.worst_ray << ": "
+                  << verdict.worst << "\n  replay: "
                   << replay_command(c.name + " " + family.name, c.volume, c.isovalue, c.reconstruction,
                                     rays[verdict.worst_ray], device.name);
   }
@@ -128,7 +130,8 @@ void expect_properties(const GridCase& c, const JetAt& jet_at, const HitList& hi
   std::normal_distribution<float> normal;
   std::vector<glm::vec3> directions(hits.size());
   for (glm::vec3& d : directions) d = glm::vec3(normal(random), normal(random), normal(random));
-  const auto normals = hits.normals(), first = hits.first_principal_directions(), second = hits.second_principal_directions();
+  const auto normals = hits.normals(), first = hits.first_principal_directions(),
+             second = hits.second_principal_directions();
   const auto gauss = hits.gauss_curvatures(), mean = hits.mean_curvatures();
   const auto principal = hits.principal_curvatures();
   const auto along = hits.normal_curvatures(directions);
@@ -165,18 +168,21 @@ void expect_properties(const GridCase& c, const JetAt& jet_at, const HitList& hi
     const double noise = tolerance(Quantity::conditioning, kind).value * rounding / (slope * step);
     const double allowed = tolerance(Quantity::curvature, kind).value * scale + noise;
 
-    check("normal", i, glm::length(glm::dvec3(normals[i]) - exact.normal),
-          tolerance(Quantity::normal, kind).value + tolerance(Quantity::normal_rounding, kind).value * rounding / slope);
+    check(
+        "normal", i, glm::length(glm::dvec3(normals[i]) - exact.normal),
+        tolerance(Quantity::normal, kind).value + tolerance(Quantity::normal_rounding, kind).value * rounding / slope);
     check("mean", i, std::abs(mean[i] - exact.mean), allowed);
     check("gauss", i, std::abs(gauss[i] - exact.gauss), 2 * allowed * scale);
     check("k1", i, std::abs(principal[i].x - exact.k1), allowed);
     check("k2", i, std::abs(principal[i].y - exact.k2), allowed);
-    check("normal curvature", i, std::abs(along[i] - normal_curvature_along(exact, glm::dvec3(directions[i]))), 2 * allowed);
+    check("normal curvature", i, std::abs(along[i] - normal_curvature_along(exact, glm::dvec3(directions[i]))),
+          2 * allowed);
 
     // Directions turn by the error of curvature over the difference of the principal ones; sign free.
     const double apart = exact.k1 - exact.k2;
     if (apart > 0.05 * scale && !(status[i] & PointStatus::umbilic)) {
-      const double turn = tolerance(Quantity::direction, kind).value / tolerance(Quantity::curvature, kind).value * allowed / apart;
+      const double turn =
+          tolerance(Quantity::direction, kind).value / tolerance(Quantity::curvature, kind).value * allowed / apart;
       check("d1", i, glm::length(glm::cross(glm::dvec3(first[i]), exact.d1)), turn);
       check("d2", i, glm::length(glm::cross(glm::dvec3(second[i]), exact.d2)), turn);
     }
@@ -217,9 +223,11 @@ void run(const GridCase& c, std::span<TestDevice> devices) {
     Verdict random, hostile;
     for (std::size_t i = 0; i < families.size(); i++)
       (families[i].random ? random : hostile).add(expect_hits(c, field, families[i], truths[i], device, query));
-    std::cerr << "  " << c.name << ", " << device.label << "\n    random:  " << random.summary() << "\n    hostile: " << hostile.summary() << "\n";
+    std::cerr << "  " << c.name << ", " << device.label << "\n    random:  " << random.summary()
+              << "\n    hostile: " << hostile.summary() << "\n";
     EXPECT_LE(double(random.flagged_rays), tolerance(Quantity::flagged_rays, kind).value * double(random.rays) + 1)
-        << c.name << " on " << device.label << ": flagged random rays; " << tolerance(Quantity::flagged_rays, kind).reason;
+        << c.name << " on " << device.label << ": flagged random rays; "
+        << tolerance(Quantity::flagged_rays, kind).reason;
 
     // Runs, tiles and first hits, on chords and on the pixels of cameras.
     for (std::size_t i = 0; i < 2; i++) {
@@ -227,7 +235,8 @@ void run(const GridCase& c, std::span<TestDevice> devices) {
       const RayBatch rays = first_rays(families[i].rays, device.slow ? 512 : 8192);
       const HitList all = query.cast(rays, {.hits = Hits::all});
       EXPECT_TRUE(same_bytes(all, query.cast(rays, {.hits = Hits::all}))) << where << ": two runs differ";
-      EXPECT_TRUE(same_bytes(all, query.cast(rays, {.hits = Hits::all, .tile = 1000}))) << where << ": the tile's size shows";
+      EXPECT_TRUE(same_bytes(all, query.cast(rays, {.hits = Hits::all, .tile = 1000})))
+          << where << ": the tile's size shows";
       expect_first(all, query.cast(rays, {.hits = Hits::first}), where);
       expect_properties(c, jets_of(field), all, where);
       if (base.size() < 2) {

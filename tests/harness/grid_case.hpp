@@ -22,10 +22,10 @@ struct GridCase {
   Volume volume;
   double isovalue = 0;
   Reconstruction reconstruction = Reconstruction::tricubic;
-  std::size_t random_rays = 20000;   // chords of the domain; as many camera rays
-  std::size_t hostile_rays = 200;    // of each hostile family
-  std::size_t slow_share = 20;       // devices that are slow see one ray in so many
-  std::size_t properties = 5000;     // hits whose properties are compared
+  std::size_t random_rays = 20000;  // chords of the domain; as many camera rays
+  std::size_t hostile_rays = 200;   // of each hostile family
+  std::size_t slow_share = 20;      // devices that are slow see one ray in so many
+  std::size_t properties = 5000;    // hits whose properties are compared
   unsigned seed = 1;
 };
 

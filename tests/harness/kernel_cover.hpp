@@ -6,8 +6,8 @@
 
 #include "program.hpp"
 
-#define KERNELS(...)                                             \
+#define KERNELS(...)                                                \
   [[maybe_unused]] static const auto covered_kernels_of_case = [] { \
-    using enum ::smurf::KernelId;                                \
-    return std::array{__VA_ARGS__};                              \
+    using enum ::smurf::KernelId;                                   \
+    return std::array{__VA_ARGS__};                                 \
   }()

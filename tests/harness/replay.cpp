@@ -12,9 +12,12 @@ namespace {
 
 std::string nrrd_type(SampleType type) {
   switch (type) {
-    case SampleType::float32: return "float";
-    case SampleType::float64: return "double";
-    default: return name_of(type);
+    case SampleType::float32:
+      return "float";
+    case SampleType::float64:
+      return "double";
+    default:
+      return name_of(type);
   }
 }
 
@@ -36,8 +39,8 @@ std::filesystem::path save_volume(const Volume& volume, const std::filesystem::p
   std::ofstream out(file, std::ios::binary);
   const glm::dmat3& a = volume.placement().axes;
   const glm::dvec3& o = volume.placement().origin;
-  out << fmt::format("NRRD0004\ntype: {}\ndimension: 3\nspace dimension: 3\nsizes: {} {} {}\n", nrrd_type(volume.type()),
-                     volume.size().x, volume.size().y, volume.size().z);
+  out << fmt::format("NRRD0004\ntype: {}\ndimension: 3\nspace dimension: 3\nsizes: {} {} {}\n",
+                     nrrd_type(volume.type()), volume.size().x, volume.size().y, volume.size().z);
   out << "space directions:";
   for (int i = 0; i < 3; i++) out << fmt::format(" ({},{},{})", a[i].x, a[i].y, a[i].z);
   out << fmt::format("\nspace origin: ({},{},{})\n", o.x, o.y, o.z);
@@ -49,17 +52,17 @@ std::filesystem::path save_volume(const Volume& volume, const std::filesystem::p
   return file;
 }
 
-std::string replay_command(const std::string& name, const Volume& volume, double isovalue, Reconstruction reconstruction,
-                           const Ray& ray, const std::string& device) {
+std::string replay_command(const std::string& name, const Volume& volume, double isovalue,
+                           Reconstruction reconstruction, const Ray& ray, const std::string& device) {
   const std::filesystem::path base = output_folder() / file_name(name);
   const std::filesystem::path data = save_volume(volume, base.string() + ".nrrd");
-  std::ofstream(base.string() + ".json")
-      << fmt::format("{{\"kind\":\"isosurface\",\"isovalue\":{},\"field\":{{\"kind\":\"grid\",\"file\":\"{}\","
-                     "\"reconstruction\":\"{}\"}}}}\n",
-                     isovalue, data.filename().string(), name_of(reconstruction));
-  std::ofstream(base.string() + ".csv") << fmt::format(
-      "ox,oy,oz,dx,dy,dz,tmin,tmax\n{},{},{},{},{},{},{},{}\n", ray.origin.x, ray.origin.y, ray.origin.z,
-      ray.direction.x, ray.direction.y, ray.direction.z, ray.t_min, ray.t_max);
+  std::ofstream(base.string() + ".json") << fmt::format(
+      "{{\"kind\":\"isosurface\",\"isovalue\":{},\"field\":{{\"kind\":\"grid\",\"file\":\"{}\","
+      "\"reconstruction\":\"{}\"}}}}\n",
+      isovalue, data.filename().string(), name_of(reconstruction));
+  std::ofstream(base.string() + ".csv") << fmt::format("ox,oy,oz,dx,dy,dz,tmin,tmax\n{},{},{},{},{},{},{},{}\n",
+                                                       ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x,
+                                                       ray.direction.y, ray.direction.z, ray.t_min, ray.t_max);
   return fmt::format("{} cast {}.json --rays {}.csv --device {} -o {}.hits.csv", SMURF_PROGRAM, base.string(),
                      base.string(), device, base.string());
 }

@@ -18,7 +18,7 @@ std::filesystem::path save_volume(const Volume& volume, const std::filesystem::p
 
 // Writes the surface (NRRD and JSON) and the ray (CSV) into the output folder, named by the case; returns the command
 // line of the program that casts it on the device.
-std::string replay_command(const std::string& name, const Volume& volume, double isovalue, Reconstruction reconstruction,
-                           const Ray& ray, const std::string& device);
+std::string replay_command(const std::string& name, const Volume& volume, double isovalue,
+                           Reconstruction reconstruction, const Ray& ray, const std::string& device);
 
 }  // namespace smurf::test

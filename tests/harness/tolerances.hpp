@@ -9,16 +9,16 @@
 namespace smurf::test {
 
 enum class Quantity {
-  t,                 // in voxels along the ray
-  conditioning,      // units of rounding of the field's magnitude, divided by its slope, added to t and to curvature
-  normal,            // radians
-  normal_rounding,   // units of rounding of the field's magnitude over its gradient per voxel, added to the normal
-  curvature,         // relative to the larger principal curvature
-  curvature_floor,   // per voxel: curvatures below it are compared as if they were that large
-  direction,         // radians, where the principal curvatures differ by their larger one
-  value,             // units of rounding of the field's magnitude
-  tiny_gradient,     // of the field's range per voxel: no curvature is compared where the gradient is smaller
-  flagged_rays,      // share of random rays with a hit that is not isolated
+  t,                // in voxels along the ray
+  conditioning,     // units of rounding of the field's magnitude, divided by its slope, added to t and to curvature
+  normal,           // radians
+  normal_rounding,  // units of rounding of the field's magnitude over its gradient per voxel, added to the normal
+  curvature,        // relative to the larger principal curvature
+  curvature_floor,  // per voxel: curvatures below it are compared as if they were that large
+  direction,        // radians, where the principal curvatures differ by their larger one
+  value,            // units of rounding of the field's magnitude
+  tiny_gradient,    // of the field's range per voxel: no curvature is compared where the gradient is smaller
+  flagged_rays,     // share of random rays with a hit that is not isolated
 };
 enum class Precision { float32, float64 };
 
