@@ -68,7 +68,11 @@ void add(const std::string& name, const SetUp& set_up) {
                                [name, set_up](benchmark::State& state) {
                                  try {
                                    Ready& benchmark = ready(name, set_up);
+                                   const double start = core_seconds();
                                    for ([[maybe_unused]] auto _ : state) benchmark.run();
+                                   const double spent = core_seconds() - start;
+                                   const double items = double(benchmark.count) * double(state.iterations());
+                                   state.counters["items_per_core_second"] = items / spent;
                                    state.SetItemsProcessed(std::int64_t(benchmark.count) * state.iterations());
                                    state.SetLabel(benchmark.label);
                                    for (const auto& [key, value] : benchmark.counters) state.counters[key] = value;

@@ -1,5 +1,5 @@
-// Passes results on to Google Benchmark's own reporter and prints, at the end, how the rates of one workload relate: each smurf
-// configuration to each peer measured in the same run.
+// Passes results on to Google Benchmark's own reporter, of the statistics only the median, and prints at the end how the rates of one
+// workload relate: each smurf configuration to each peer measured in the same run.
 #pragma once
 
 #include <benchmark/benchmark.h>
@@ -20,8 +20,8 @@ class RatioReporter : public benchmark::BenchmarkReporter {
 
  private:
   struct Entry {
-    std::string who;  // "opencl:0/lanes:16", "embree-single"
-    double rate;      // per second, median
+    std::string who;         // "opencl:0/lanes:16", "embree-single"
+    double rate, core_rate;  // per second, and per second of processor time; medians
   };
   std::unique_ptr<benchmark::BenchmarkReporter> inner_;
   std::map<std::string, std::vector<Entry>> rates_;  // by "workload/size"

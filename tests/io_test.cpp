@@ -25,7 +25,8 @@ namespace fs = std::filesystem;
 
 // A folder of the running test, empty.
 fs::path test_folder() {
-  const fs::path folder = fs::path(SMURF_TEST_OUTPUT) / "io" / testing::UnitTest::GetInstance()->current_test_info()->name();
+  const fs::path folder =
+      fs::path(SMURF_TEST_OUTPUT) / "io" / testing::UnitTest::GetInstance()->current_test_info()->name();
   fs::remove_all(folder);
   fs::create_directories(folder);
   return folder;
@@ -73,7 +74,8 @@ std::vector<float> test_floats(std::size_t count) {
     do value = std::bit_cast<float>(std::uint32_t(random()));
     while (std::isnan(value));
   }
-  const float special[] = {0.0f, -0.0f, INFINITY, -INFINITY, 1e-45f, std::numeric_limits<float>::max(), 0.1f, 16777216.0f};
+  const float special[] = {0.0f, -0.0f,      INFINITY, -INFINITY, 1e-45f, std::numeric_limits<float>::max(),
+                           0.1f, 16777216.0f};
   std::copy(std::begin(special), std::end(special), values.begin());
   return values;
 }
@@ -82,10 +84,11 @@ std::vector<float> test_floats(std::size_t count) {
 
 TEST(RayTable, reads_columns_in_any_order) {
   const fs::path folder = test_folder();
-  const RayBatch rays = read_rays(put(folder / "rays.csv", "\xEF\xBB\xBF dz, dy,dx ,name,oz,oy,ox,tmax\r\n"
-                                                           "1,2,3,\"a, b\",4, 5 ,\t6,inf\r\n"
-                                                           "\r\n"
-                                                           "-1e-3,+2,.5,,4.,1e39,-0,\"7.5\"\r\n\r\n  \n"));
+  const RayBatch rays = read_rays(put(folder / "rays.csv",
+                                      "\xEF\xBB\xBF dz, dy,dx ,name,oz,oy,ox,tmax\r\n"
+                                      "1,2,3,\"a, b\",4, 5 ,\t6,inf\r\n"
+                                      "\r\n"
+                                      "-1e-3,+2,.5,,4.,1e39,-0,\"7.5\"\r\n\r\n  \n"));
   ASSERT_EQ(rays.size(), 2u);
   EXPECT_EQ(rays[0].origin, glm::vec3(6, 5, 4));
   EXPECT_EQ(rays[0].direction, glm::vec3(3, 2, 1));
@@ -123,7 +126,8 @@ TEST(RayTable, refuses_what_is_no_table) {
   EXPECT_REFUSED(input, load("ox,oy,oz,dx,dy,dz,ox\n1,2,3,4,5,6,7\n"), "twice");
   EXPECT_REFUSED(input, load(header + "1,2,3,4,5,6\n1,2,3,4,5\n"), "rays.csv\", line 3: 5 cells, but the header has 6");
   EXPECT_REFUSED(input, load(header + "1,2,3,4,5,6,7\n"), "7 cells");
-  EXPECT_REFUSED(input, load(header + "\n1,2,three,4,5,6\n"), "line 3: column \"oz\" holds \"three\", which is no number");
+  EXPECT_REFUSED(input, load(header + "\n1,2,three,4,5,6\n"),
+                 "line 3: column \"oz\" holds \"three\", which is no number");
   EXPECT_REFUSED(input, load(header + "1,2,,4,5,6\n"), "column \"oz\" holds \"\"");
   EXPECT_REFUSED(input, load(header + "1,2,3mm,4,5,6\n"), "3mm");
   EXPECT_REFUSED(input, load(header + "1,2,0x1,4,5,6\n"), "0x1");
@@ -319,7 +323,8 @@ TEST(AtomicFile, says_what_is_wrong) {
 Image test_image(int width, int height, bool opaque) {
   Image image{width, height, std::vector<std::uint8_t>(std::size_t(width) * std::size_t(height) * 4)};
   std::mt19937 random(5);
-  for (std::size_t i = 0; i < image.rgba.size(); i++) image.rgba[i] = opaque && i % 4 == 3 ? 255 : std::uint8_t(random());
+  for (std::size_t i = 0; i < image.rgba.size(); i++)
+    image.rgba[i] = opaque && i % 4 == 3 ? 255 : std::uint8_t(random());
   return image;
 }
 
@@ -370,7 +375,8 @@ TEST(RayBatch, holds_components_one_after_another) {
 }
 
 TEST(Camera, sends_rays_through_pixel_centres) {
-  const Camera camera{.eye = {0, -3, 0}, .look_at = {0, 0, 0}, .up = {0, 0, 1}, .field_of_view = 90, .width = 4, .height = 2};
+  const Camera camera{
+      .eye = {0, -3, 0}, .look_at = {0, 0, 0}, .up = {0, 0, 1}, .field_of_view = 90, .width = 4, .height = 2};
   const RayBatch rays = camera.rays();
   ASSERT_EQ(rays.size(), 8u);
   EXPECT_EQ(rays.image_width, 4u);
@@ -384,7 +390,8 @@ TEST(Camera, sends_rays_through_pixel_centres) {
 }
 
 TEST(Camera, projects_in_parallel) {
-  const Camera camera{.eye = {0, 0, 5}, .look_at = {0, 0, 0}, .up = {0, 1, 0}, .orthographic_height = 4, .width = 2, .height = 2};
+  const Camera camera{
+      .eye = {0, 0, 5}, .look_at = {0, 0, 0}, .up = {0, 1, 0}, .orthographic_height = 4, .width = 2, .height = 2};
   const RayBatch rays = camera.rays();
   EXPECT_EQ(rays[0].origin, glm::vec3(-1, 1, 5));
   EXPECT_EQ(rays[3].origin, glm::vec3(1, -1, 5));

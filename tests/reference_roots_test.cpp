@@ -11,7 +11,8 @@ namespace {
 
 using namespace reference_test;
 
-std::vector<ReferenceHit> roots_of(const Volume& volume, Reconstruction reconstruction, double isovalue, const ReferenceRay& ray) {
+std::vector<ReferenceHit> roots_of(const Volume& volume, Reconstruction reconstruction, double isovalue,
+                                   const ReferenceRay& ray) {
   std::vector<ReferenceHit> hits;
   RayRoots(make_field(volume, reconstruction), isovalue).find(ray, false, hits);
   return hits;
@@ -47,8 +48,9 @@ std::vector<double> dense_roots(const GridField& field, double isovalue, const R
 }
 
 class ReferenceRoots : public testing::TestWithParam<Reconstruction> {};
-INSTANTIATE_TEST_SUITE_P(Reconstructions, ReferenceRoots, testing::ValuesIn(all_reconstructions),
-                         [](const auto& info) { return info.param == Reconstruction::catmull_rom ? "catmull_rom" : std::string(name_of(info.param)); });
+INSTANTIATE_TEST_SUITE_P(Reconstructions, ReferenceRoots, testing::ValuesIn(all_reconstructions), [](const auto& info) {
+  return info.param == Reconstruction::catmull_rom ? "catmull_rom" : std::string(name_of(info.param));
+});
 
 TEST_P(ReferenceRoots, AgreeWithDenseSampling) {
   const auto field = make_field(noise_volume({12, 9, 10}, sheared, 31), GetParam());
@@ -213,8 +215,8 @@ TEST_P(ReferenceRoots, NonFiniteSamplesCutASurface) {
 TEST_P(ReferenceRoots, ClipToTheDomainAndTheRange) {
   const Volume ramp = make_volume({9, 9, 9}, {}, [](int i, int, int) { return i; });
   const dvec3 x(1, 0, 0);
-  EXPECT_EQ(roots_of(ramp, GetParam(), 4, {dvec3(-1, 8.001, 4), x}).size(), 0u);   // beside it
-  EXPECT_EQ(roots_of(ramp, GetParam(), 4, {dvec3(9, 4, 4), x}).size(), 0u);        // behind it
+  EXPECT_EQ(roots_of(ramp, GetParam(), 4, {dvec3(-1, 8.001, 4), x}).size(), 0u);  // beside it
+  EXPECT_EQ(roots_of(ramp, GetParam(), 4, {dvec3(9, 4, 4), x}).size(), 0u);       // behind it
   EXPECT_EQ(roots_of(ramp, GetParam(), 4, {dvec3(-1, -1, 4), dvec3(1, -1, 0)}).size(), 0u);
   EXPECT_EQ(roots_of(ramp, GetParam(), 4, {dvec3(-1, 4, 4), x, 0, 4.9}).size(), 0u);
   EXPECT_EQ(roots_of(ramp, GetParam(), 4, {dvec3(-1, 4, 4), x, 5.1, infinity}).size(), 0u);

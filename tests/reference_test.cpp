@@ -63,8 +63,9 @@ TEST(ReferenceField, TricubicReproducesCubicsOnShearedGrids) {
   for (unsigned seed = 1; seed <= 3; seed++) {
     const Cubic cubic(seed);
     const dvec3 centre(n / 2);
-    const GridField field(make_volume({n, n, n}, sheared, [&](int i, int j, int k) { return cubic(dvec3(i, j, k) - centre); }),
-                          Reconstruction::tricubic);
+    const GridField field(
+        make_volume({n, n, n}, sheared, [&](int i, int j, int k) { return cubic(dvec3(i, j, k) - centre); }),
+        Reconstruction::tricubic);
     Uniform uniform(seed);
     for (int i = 0; i < 200; i++) {
       const dvec3 index = uniform.vector(margin, n - 1 - margin), x = index - centre;
@@ -128,7 +129,8 @@ TEST(ReferenceField, DerivativesAgreeWithDifferencesOfTheValue) {
 
 TEST(ReferenceField, TrilinearDerivativesAreInterpolatedDifferences) {
   // f = x² + 2xy: central differences at inner nodes are exact, one-sided ones at the border are off by half a step.
-  const GridField field(make_volume({6, 6, 6}, {}, [](int i, int j, int) { return i * i + 2 * i * j; }), Reconstruction::trilinear);
+  const GridField field(make_volume({6, 6, 6}, {}, [](int i, int j, int) { return i * i + 2 * i * j; }),
+                        Reconstruction::trilinear);
   const auto inner = field.jet({2.25, 3.5, 1.0});
   ASSERT_TRUE(inner);
   EXPECT_NEAR(inner->gradient.x, 2 * 2.25 + 2 * 3.5, 1e-12);
@@ -165,7 +167,8 @@ TEST(ReferenceField, SamplesAreRoundedToFloat) {
 }
 
 TEST(ReferenceField, NonFiniteSamplesReachAsFarAsTheirKernel) {
-  const auto volume = make_volume({9, 9, 9}, {}, [](int i, int j, int k) { return i == 4 && j == 4 && k == 4 ? NAN : i + j; });
+  const auto volume =
+      make_volume({9, 9, 9}, {}, [](int i, int j, int k) { return i == 4 && j == 4 && k == 4 ? NAN : i + j; });
   for (const Reconstruction reconstruction : all_reconstructions) {
     const GridField field(volume, reconstruction);
     const bool linear = reconstruction == Reconstruction::trilinear;
@@ -233,7 +236,7 @@ TEST(ReferenceCurvature, WithoutGradientIsUndefined) {
 // --- surfaces in closed form, converging with resolution ------------------------------------------
 
 struct Shape {
-  std::function<double(dvec3)> distance;  // positive inside
+  std::function<double(dvec3)> distance;   // positive inside
   std::function<dvec3(dvec3)> curvatures;  // k1, k2 at a point of the surface
 };
 
@@ -243,7 +246,8 @@ Shape sphere_shape() {
   return {[](dvec3 p) { return 0.5 - glm::length(p - shape_centre); }, [](dvec3) { return dvec3(2, 2, 0); }};
 }
 Shape cylinder_shape() {
-  return {[](dvec3 p) { return 0.5 - std::hypot(p.x - shape_centre.x, p.y - shape_centre.y); }, [](dvec3) { return dvec3(2, 0, 0); }};
+  return {[](dvec3 p) { return 0.5 - std::hypot(p.x - shape_centre.x, p.y - shape_centre.y); },
+          [](dvec3) { return dvec3(2, 0, 0); }};
 }
 Shape torus_shape() {
   const double major = 0.5, minor = 0.25;
@@ -291,7 +295,8 @@ ShapeError measure_shape(const Shape& shape, Reconstruction reconstruction, int 
 }
 
 TEST(ReferenceSurfaces, DistanceFieldsConverge) {
-  for (const auto& [name, shape] : {std::pair("sphere", sphere_shape()), {"cylinder", cylinder_shape()}, {"torus", torus_shape()}}) {
+  for (const auto& [name, shape] :
+       {std::pair("sphere", sphere_shape()), {"cylinder", cylinder_shape()}, {"torus", torus_shape()}}) {
     const ShapeError coarse = measure_shape(shape, Reconstruction::tricubic, 33);
     const ShapeError fine = measure_shape(shape, Reconstruction::tricubic, 65);
     EXPECT_GT(coarse.hits, 200) << name;
@@ -307,7 +312,7 @@ TEST(ReferenceSurfaces, DistanceFieldsConverge) {
 
     const ShapeError catmull_coarse = measure_shape(shape, Reconstruction::catmull_rom, 33);
     const ShapeError catmull_fine = measure_shape(shape, Reconstruction::catmull_rom, 65);
-    EXPECT_GT(catmull_coarse.distance / catmull_fine.distance, 5) << name;     // third order
+    EXPECT_GT(catmull_coarse.distance / catmull_fine.distance, 5) << name;      // third order
     EXPECT_GT(catmull_coarse.curvature / catmull_fine.curvature, 1.5) << name;  // first order
   }
 }
@@ -335,7 +340,9 @@ TEST(ReferenceInterrogation, DoesNotDependOnTiles) {
   HitList whole, tiled, first;
   std::size_t reported = 0;
   reference->cast(rays, {.hits = Hits::all}, whole);
-  reference->cast(rays, {.hits = Hits::all, .tile = 77, .progress = [&](std::size_t done, std::size_t) { reported = done; }}, tiled);
+  reference->cast(rays,
+                  {.hits = Hits::all, .tile = 77, .progress = [&](std::size_t done, std::size_t) { reported = done; }},
+                  tiled);
   reference->cast(rays, {}, first);
   EXPECT_EQ(reported, 1000u);
   ASSERT_EQ(whole.ray_count(), 1000u);
@@ -361,8 +368,8 @@ TEST(ReferenceInterrogation, MeasuresTheSphere) {
   reference->cast(rays_at_sphere(200), {.hits = Hits::all}, hits);
   const std::vector<glm::vec3> directions(hits.size(), glm::vec3(1, 2, 3));
   PointProperties all;
-  const std::uint32_t wanted = Property::value | Property::normal | Property::gauss | Property::mean | Property::principal |
-                               Property::directions | Property::normal_curvature;
+  const std::uint32_t wanted = Property::value | Property::normal | Property::gauss | Property::mean |
+                               Property::principal | Property::directions | Property::normal_curvature;
   reference->measure(hits.locations(), directions, wanted, {}, all);
   EXPECT_EQ(all.measured, wanted);
   for (std::size_t i = 0; i < hits.size(); i++) {

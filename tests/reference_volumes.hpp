@@ -15,7 +15,8 @@ namespace smurf::reference_test {
 using glm::dmat3, glm::dvec3, glm::ivec3;
 inline constexpr double infinity = std::numeric_limits<double>::infinity();
 inline constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
-inline constexpr Reconstruction all_reconstructions[] = {Reconstruction::trilinear, Reconstruction::tricubic, Reconstruction::catmull_rom};
+inline constexpr Reconstruction all_reconstructions[] = {Reconstruction::trilinear, Reconstruction::tricubic,
+                                                         Reconstruction::catmull_rom};
 
 template <class T = float>
 inline Volume make_volume(ivec3 size, const GridPlacement& placement, const std::function<double(int, int, int)>& f) {

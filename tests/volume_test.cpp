@@ -1,4 +1,5 @@
-// Volumes: construction, statistics, the Marschner-Lobb signal, and NRRD files of every kind, written here byte by byte.
+// Volumes: construction, statistics, the Marschner-Lobb signal, and NRRD files of every kind, written here byte by
+// byte.
 #include "smurf/volume.hpp"
 
 #include <gtest/gtest.h>
@@ -22,8 +23,8 @@ namespace {
 namespace fs = std::filesystem;
 
 fs::path test_folder() {
-  const fs::path folder = fs::path(SMURF_TEST_OUTPUT) / "volume" /
-                          testing::UnitTest::GetInstance()->current_test_info()->name();
+  const fs::path folder =
+      fs::path(SMURF_TEST_OUTPUT) / "volume" / testing::UnitTest::GetInstance()->current_test_info()->name();
   fs::create_directories(folder);
   return folder;
 }
@@ -72,7 +73,8 @@ template <class T>
 std::string bytes_of(const std::vector<T>& values, bool big_endian) {
   std::string out(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
   if (big_endian == (std::endian::native == std::endian::little))
-    for (std::size_t i = 0; i < out.size(); i += sizeof(T)) std::reverse(out.begin() + long(i), out.begin() + long(i + sizeof(T)));
+    for (std::size_t i = 0; i < out.size(); i += sizeof(T))
+      std::reverse(out.begin() + long(i), out.begin() + long(i + sizeof(T)));
   return out;
 }
 
@@ -92,8 +94,7 @@ std::vector<T> test_values(std::size_t count) {
   for (T& value : values) {
     if constexpr (std::is_floating_point_v<T>)
       value = T(std::ldexp(double(random()) / 1e19 - 0.9, int(random() % 60) - 30));
-    else
-      value = T(random());
+    else value = T(random());
   }
   values[0] = std::numeric_limits<T>::lowest();
   values[1] = std::numeric_limits<T>::max();
@@ -173,7 +174,8 @@ TEST(Volume, statistics_may_be_asked_for_by_several_threads) {
   const Volume volume = marschner_lobb_volume(40);
   std::vector<double> answers(8);
   std::vector<std::jthread> threads;
-  for (double& answer : answers) threads.emplace_back([&answer, copy = volume] { answer = copy.maximum() - copy.minimum(); });
+  for (double& answer : answers)
+    threads.emplace_back([&answer, copy = volume] { answer = copy.maximum() - copy.minimum(); });
   threads.clear();
   for (const double answer : answers) EXPECT_EQ(answer, answers[0]);
 }
@@ -185,7 +187,8 @@ TEST(Volume, marschner_lobb) {
   EXPECT_DOUBLE_EQ(volume.placement().axes[1].y, 0.05);
   const double pi = std::acos(-1.0);
   for (std::size_t index = 0; index < volume.count(); index += 17) {
-    const double x = -1 + 0.05 * double(index % 41), y = -1 + 0.05 * double(index / 41 % 41), z = -1 + 0.05 * double(index / 1681);
+    const double x = -1 + 0.05 * double(index % 41), y = -1 + 0.05 * double(index / 41 % 41),
+                 z = -1 + 0.05 * double(index / 1681);
     const double rho = std::cos(12 * pi * std::cos(pi * std::hypot(x, y) / 2));
     EXPECT_NEAR(volume.at(index), ((1 - std::sin(pi * z / 2)) + (1 + rho) / 4) / 2.5, 1e-7);
   }
@@ -203,11 +206,14 @@ template <class T>
 void check_nrrd(const char* type, Encoding encoding, bool big_endian, bool detached) {
   const std::vector<T> values = test_values<T>(5 * 4 * 3);
   const char* encoding_name = encoding == Encoding::raw ? "raw" : encoding == Encoding::gzip ? "gzip" : "ascii";
-  SCOPED_TRACE(testing::Message() << type << ' ' << encoding_name << (big_endian ? " big" : " little") << (detached ? " detached" : ""));
+  SCOPED_TRACE(testing::Message() << type << ' ' << encoding_name << (big_endian ? " big" : " little")
+                                  << (detached ? " detached" : ""));
   const std::string plain = encoding == Encoding::ascii ? text_of(values) : bytes_of(values, big_endian);
   const std::string data = encoding == Encoding::gzip ? gzip(plain) : plain;
-  std::string header = std::string("NRRD0004\n# made by a test\ntype: ") + type + "\ndimension: 3\nsizes: 5 4 3\nspacings: 1 2 0.5\n";
-  if (sizeof(T) > 1 && encoding != Encoding::ascii) header += std::string("endian: ") + (big_endian ? "big" : "little") + "\n";
+  std::string header =
+      std::string("NRRD0004\n# made by a test\ntype: ") + type + "\ndimension: 3\nsizes: 5 4 3\nspacings: 1 2 0.5\n";
+  if (sizeof(T) > 1 && encoding != Encoding::ascii)
+    header += std::string("endian: ") + (big_endian ? "big" : "little") + "\n";
   header += std::string("encoding: ") + encoding_name + "\ncontent: any\nkey:=value\n";
   const fs::path file = test_folder() / (detached ? "volume.nhdr" : "volume.nrrd");
   if (detached) {
@@ -262,19 +268,21 @@ Volume load_bytes(const std::string& bytes) {
 TEST(Nrrd, placement) {
   const GridPlacement none = load_bytes(simple("")).placement();
   EXPECT_EQ(none.axes, glm::dmat3(1.0));
-  const GridPlacement sheared =
-      load_bytes(simple("space: left-posterior-superior\nspace directions: (1,0,0) (0.5,-2,0) (0,0.25,3e0)\nspace origin: (-10,20.5,30)\n"))
-          .placement();
+  const GridPlacement sheared = load_bytes(simple("space: left-posterior-superior\nspace directions: (1,0,0) "
+                                                  "(0.5,-2,0) (0,0.25,3e0)\nspace origin: (-10,20.5,30)\n"))
+                                    .placement();
   EXPECT_EQ(sheared.axes, glm::dmat3(1, 0, 0, 0.5, -2, 0, 0, 0.25, 3));
   EXPECT_EQ(sheared.origin, glm::dvec3(-10, 20.5, 30));
   const GridPlacement mins = load_bytes(simple("spacings: 1 2 3\naxis mins: -1 -2 5\n")).placement();
   EXPECT_EQ(mins.axes, spacing(1, 2, 3).axes);
   EXPECT_EQ(mins.origin, glm::dvec3(-1, -2, 5));
-  const GridPlacement cells = load_bytes(simple("spacings: 1 2 3\naxis mins: -1 -2 5\ncenters: cell node cell\n")).placement();
+  const GridPlacement cells =
+      load_bytes(simple("spacings: 1 2 3\naxis mins: -1 -2 5\ncenters: cell node cell\n")).placement();
   EXPECT_EQ(cells.origin, glm::dvec3(-0.5, -2, 6.5));
   const GridPlacement ranges = load_bytes(simple("axis mins: -1 -1 -1\naxis maxs: 1 1 2\n")).placement();
   EXPECT_EQ(ranges.axes, spacing(2, 1, 1).axes);
-  const GridPlacement shifted = load_bytes(simple("space dimension: 3\nspacings: 1 1 2\nspace origin: (1,2,3)\n")).placement();
+  const GridPlacement shifted =
+      load_bytes(simple("space dimension: 3\nspacings: 1 1 2\nspace origin: (1,2,3)\n")).placement();
   EXPECT_EQ(shifted.origin, glm::dvec3(1, 2, 3));
 }
 
@@ -285,9 +293,11 @@ TEST(Nrrd, forms_of_the_file) {
   EXPECT_EQ(load_bytes(header + simple("").substr(simple("").size() - 24)).placement().axes, spacing(1, 1, 2).axes);
 
   const std::string bytes = simple("").substr(simple("").size() - 24);
-  const std::string vectors = "NRRD0004\ntype: uint8\ndimension: 4\nsizes: 1 2 3 4\nencoding: raw\nspacings: nan 1 1 2\n\n";
+  const std::string vectors =
+      "NRRD0004\ntype: uint8\ndimension: 4\nsizes: 1 2 3 4\nencoding: raw\nspacings: nan 1 1 2\n\n";
   EXPECT_EQ(load_bytes(vectors + bytes).size(), glm::ivec3(2, 3, 4));
-  EXPECT_EQ(load_bytes(simple("line skip: 2\n").replace(simple("line skip: 2\n").size() - 24, 0, "one\ntwo\n")).at(23), 23);
+  EXPECT_EQ(load_bytes(simple("line skip: 2\n").replace(simple("line skip: 2\n").size() - 24, 0, "one\ntwo\n")).at(23),
+            23);
   EXPECT_EQ(load_bytes(simple("byte skip: 5\n").replace(simple("byte skip: 5\n").size() - 24, 0, "12345")).at(23), 23);
   EXPECT_EQ(load_bytes(simple("byte skip: -1\n").replace(simple("byte skip: -1\n").size() - 24, 0, "any")).at(0), 0);
   EXPECT_EQ(load_bytes(simple("byte skip: -4\n") + "end").at(23), 23);
@@ -371,9 +381,11 @@ TEST(Nrrd, refuses_headers) {
   EXPECT_REFUSED(load_bytes(simple("spacings: 1 1\n")), "parsed 2 values");
   EXPECT_REFUSED(load_bytes(simple("spacings: 1 1 1mm\n")), "\"1mm\"");
   EXPECT_REFUSED(load_bytes(simple("space dimension: 3\nspace directions: (1,0,0) (2,0,0) (0,0,1)\n")), "singular");
-  EXPECT_REFUSED(load_bytes(simple("space dimension: 3\nspace directions: (1,0,0) (0,0,0) (0,0,1)\n")), "axis 1 is zero");
+  EXPECT_REFUSED(load_bytes(simple("space dimension: 3\nspace directions: (1,0,0) (0,0,0) (0,0,1)\n")),
+                 "axis 1 is zero");
   EXPECT_REFUSED(load_bytes(simple("space dimension: 3\nspace directions: (1,0,0) none (0,0,1)\n")), "axis 1");
-  EXPECT_REFUSED(load_bytes(simple("space dimension: 2\nspace directions: (1,0) (0,1) (1,1)\n")), "space dimension is 2");
+  EXPECT_REFUSED(load_bytes(simple("space dimension: 2\nspace directions: (1,0) (0,1) (1,1)\n")),
+                 "space dimension is 2");
   EXPECT_REFUSED(load_bytes(simple("space dimension: 3\nspace directions: (1,0,0 (0,1,0) (0,0,1)\n")), "header");
   EXPECT_REFUSED(load_bytes(simple("space directions: (1,0,0) (0,1,0) (0,0,1)\n")), "space dimension");
   EXPECT_REFUSED(load_bytes(simple("sizes: 2 3 4\n")), "already set");
@@ -401,7 +413,8 @@ TEST(Nrrd, refuses_headers) {
   EXPECT_REFUSED(load_bytes(simple("byte skip: 100\n")), "byte skip");
   EXPECT_REFUSED(load_bytes(simple("line skip: 100\n")), "lines to be skipped");
   EXPECT_REFUSED(load_bytes(simple("centers: " + std::string(5000, 'x') + "\n")), "too long");
-  const std::string large = "NRRD0004\ntype: double\ndimension: 3\nsizes: 1290 1290 1290\nencoding: gzip\nendian: little\n\n";
+  const std::string large =
+      "NRRD0004\ntype: double\ndimension: 3\nsizes: 1290 1290 1290\nencoding: gzip\nendian: little\n\n";
   EXPECT_REFUSED(load_bytes(large + gzip("short")), "17173512000 bytes");
   std::string ascii = large;
   EXPECT_REFUSED(load_bytes(ascii.replace(ascii.find("gzip"), 4, "ascii") + "1 2 3"), "2146689000 samples");
@@ -410,14 +423,38 @@ TEST(Nrrd, refuses_headers) {
 // Damage of every kind to headers: each file is either read or refused.
 TEST(Nrrd, survives_mutated_files) {
   const std::vector<std::string> seeds{
-      simple("spacings: 1 2 3\naxis mins: 0 0 0\ncenters: node node cell\nlabels: \"a\" \"b\" \"c\"\nkinds: domain domain domain\n"),
+      simple("spacings: 1 2 3\naxis mins: 0 0 0\ncenters: node node cell\nlabels: \"a\" \"b\" \"c\"\nkinds: domain "
+             "domain domain\n"),
       simple("space: left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (1,2,3)\n"
              "measurement frame: (1,0,0) (0,1,0) (0,0,1)\nspace units: \"mm\" \"mm\" \"mm\"\n"),
-      "NRRD0004\ntype: short\ndimension: 3\nsizes: 2 3 4\nendian: big\nencoding: gzip\nbyte skip: 0\n\n" + gzip(std::string(48, 'a')),
+      "NRRD0004\ntype: short\ndimension: 3\nsizes: 2 3 4\nendian: big\nencoding: gzip\nbyte skip: 0\n\n" +
+          gzip(std::string(48, 'a')),
       "NRRD0001\ntype: float\ndimension: 3\nsizes: 2 1 2\nencoding: ascii\nline skip: 0\n\n1 2e3 nan -0.5"};
-  const std::vector<std::string> pieces{"0", "-1", "4294967296", "nan", "none", "(", ")", "1e400", "\n", "\n\n", ": ", ":=", "\"", "%s%n", " ",
-                                        std::string(3000, '9'), std::string(2000, 'A'), std::string(1, '\0'), "sizes: 9 9 9\n", "dimension: 4\n",
-                                        "block size: 8\n", "data file: LIST\n", "space dimension: 9\n", "byte skip: -9\n", "type: double\n"};
+  const std::vector<std::string> pieces{"0",
+                                        "-1",
+                                        "4294967296",
+                                        "nan",
+                                        "none",
+                                        "(",
+                                        ")",
+                                        "1e400",
+                                        "\n",
+                                        "\n\n",
+                                        ": ",
+                                        ":=",
+                                        "\"",
+                                        "%s%n",
+                                        " ",
+                                        std::string(3000, '9'),
+                                        std::string(2000, 'A'),
+                                        std::string(1, '\0'),
+                                        "sizes: 9 9 9\n",
+                                        "dimension: 4\n",
+                                        "block size: 8\n",
+                                        "data file: LIST\n",
+                                        "space dimension: 9\n",
+                                        "byte skip: -9\n",
+                                        "type: double\n"};
   std::mt19937 random(11);
   const auto below = [&](std::size_t bound) { return std::size_t(random() % std::max<std::size_t>(bound, 1)); };
   int read = 0, refused = 0;
@@ -426,11 +463,21 @@ TEST(Nrrd, survives_mutated_files) {
     for (std::size_t changes = 1 + below(2); changes > 0; changes--) {
       const std::size_t place = below(bytes.size());
       switch (below(5)) {
-        case 0: bytes[place] = char(random()); break;
-        case 1: bytes.erase(place, below(random() % 8 == 0 ? 200 : 8)); break;
-        case 2: bytes.insert(place, pieces[below(pieces.size())]); break;
-        case 3: bytes.insert(place, bytes.substr(below(bytes.size()), below(40))); break;
-        default: std::swap(bytes[place], bytes[below(bytes.size())]); break;
+        case 0:
+          bytes[place] = char(random());
+          break;
+        case 1:
+          bytes.erase(place, below(random() % 8 == 0 ? 200 : 8));
+          break;
+        case 2:
+          bytes.insert(place, pieces[below(pieces.size())]);
+          break;
+        case 3:
+          bytes.insert(place, bytes.substr(below(bytes.size()), below(40)));
+          break;
+        default:
+          std::swap(bytes[place], bytes[below(bytes.size())]);
+          break;
       }
       if (bytes.empty()) bytes = "N";
     }

@@ -20,17 +20,27 @@ constexpr std::size_t greatest_count = std::numeric_limits<std::int32_t>::max();
 // Calls `function` with a value of the type that `type` names.
 template <class Function>
 auto with_type(SampleType type, Function&& function) {
-  switch (type) {
-    case SampleType::uint8: return function(std::uint8_t());
-    case SampleType::int8: return function(std::int8_t());
-    case SampleType::uint16: return function(std::uint16_t());
-    case SampleType::int16: return function(std::int16_t());
-    case SampleType::uint32: return function(std::uint32_t());
-    case SampleType::int32: return function(std::int32_t());
-    case SampleType::uint64: return function(std::uint64_t());
-    case SampleType::int64: return function(std::int64_t());
-    case SampleType::float32: return function(float());
-    case SampleType::float64: return function(double());
+  switch (type) {  // NOLINT(bugprone-branch-clone): the branches differ in type
+    case SampleType::uint8:
+      return function(std::uint8_t());
+    case SampleType::int8:
+      return function(std::int8_t());
+    case SampleType::uint16:
+      return function(std::uint16_t());
+    case SampleType::int16:
+      return function(std::int16_t());
+    case SampleType::uint32:
+      return function(std::uint32_t());
+    case SampleType::int32:
+      return function(std::int32_t());
+    case SampleType::uint64:
+      return function(std::uint64_t());
+    case SampleType::int64:
+      return function(std::int64_t());
+    case SampleType::float32:
+      return function(float());
+    case SampleType::float64:
+      return function(double());
   }
   throw Error(ErrorCode::input, fmt::format("volume: {} is no sample type", int(type)));
 }
@@ -103,7 +113,10 @@ struct Volume::Statistics {
 };
 
 Volume::Volume(std::shared_ptr<const void> samples, SampleType type, glm::ivec3 size, const GridPlacement& placement)
-    : samples_(std::move(samples)), type_(type), size_(size), placement_(placement),
+    : samples_(std::move(samples)),
+      type_(type),
+      size_(size),
+      placement_(placement),
       statistics_(std::make_shared<Statistics>()) {
   check_size(size_);
   check_placement(placement_);
@@ -117,9 +130,8 @@ double Volume::at(std::size_t index) const {
 
 const Volume::Statistics& Volume::statistics() const {
   std::call_once(statistics_->computed, [this] {
-    with_type(type_, [this](auto sample) {
-      statistics_->compute(static_cast<const decltype(sample)*>(samples()), count());
-    });
+    with_type(type_,
+              [this](auto sample) { statistics_->compute(static_cast<const decltype(sample)*>(samples()), count()); });
   });
   return *statistics_;
 }
@@ -128,7 +140,8 @@ double Volume::minimum() const { return statistics().minimum; }
 double Volume::maximum() const { return statistics().maximum; }
 std::size_t Volume::non_finite() const { return statistics().non_finite; }
 
-Volume borrow_volume(std::span<const std::byte> samples, SampleType type, glm::ivec3 size, const GridPlacement& placement) {
+Volume borrow_volume(std::span<const std::byte> samples, SampleType type, glm::ivec3 size,
+                     const GridPlacement& placement) {
   check_size(size);
   const std::size_t count = std::size_t(size.x) * std::size_t(size.y) * std::size_t(size.z);
   if (samples.size() != count * size_of(type))
@@ -162,7 +175,8 @@ Volume marschner_lobb_volume(int size) {
   }
   GridPlacement placement = spacing(step, step, step);
   placement.origin = glm::dvec3(-1.0);
-  return Volume(std::shared_ptr<const void>(samples, samples->data()), SampleType::float32, glm::ivec3(size), placement);
+  return Volume(std::shared_ptr<const void>(samples, samples->data()), SampleType::float32, glm::ivec3(size),
+                placement);
 }
 
 }  // namespace smurf

@@ -18,7 +18,7 @@ namespace {
 
 // The permissions that the finished file gets: those of the file that it replaces, else what umask leaves.
 mode_t final_mode(const std::filesystem::path& target) {
-  struct stat status{};
+  struct stat status {};
   if (stat(target.c_str(), &status) == 0) return status.st_mode & 07777;
   const mode_t mask = umask(0);
   umask(mask);
@@ -38,7 +38,7 @@ AtomicFile::AtomicFile(const std::filesystem::path& target) : target_(target), r
     return;
   }
   if (std::filesystem::exists(status)) {
-    if (access(target.c_str(), W_OK) != 0) fail(errno);  // renaming would replace a write-protected file
+    if (access(target.c_str(), W_OK) != 0) fail(errno);       // renaming would replace a write-protected file
     resolved_ = std::filesystem::canonical(target, ignored);  // replace what a link points to, not the link
     if (ignored) resolved_ = target;
   }
@@ -67,7 +67,8 @@ void AtomicFile::write(std::string_view bytes) {
 }
 
 void AtomicFile::commit() {
-  const bool flushed = std::fflush(stream_) == 0;  // before fclose, so that a full disk leaves the stream to the destructor
+  const bool flushed =
+      std::fflush(stream_) == 0;  // before fclose, so that a full disk leaves the stream to the destructor
   if (!flushed) fail(errno);
   const bool closed = std::fclose(std::exchange(stream_, nullptr)) == 0;
   const bool written = closed && (temporary_.empty() || std::rename(temporary_.c_str(), resolved_.c_str()) == 0);

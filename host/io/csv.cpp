@@ -115,7 +115,8 @@ CsvColumns read_csv(const std::filesystem::path& file, std::initializer_list<std
   wanted.insert(wanted.end(), optional);
   CsvText text(file);
   if (!text.next_line())
-    text.fail_whole(fmt::format("the file is empty; expected a header line with the columns {}", fmt::join(required, ",")));
+    text.fail_whole(
+        fmt::format("the file is empty; expected a header line with the columns {}", fmt::join(required, ",")));
   std::vector<std::string_view> cells;
   text.cells(cells);
   const std::size_t width = cells.size();

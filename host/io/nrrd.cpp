@@ -61,8 +61,9 @@ std::vector<std::string_view> words(std::string_view text, std::string_view sepa
 
 // Teem stops reading a number at the first character that does not fit, and lets integers wrap around.
 void check_numbers(const path& file, int field, std::string_view name, std::string_view value) {
-  const bool integers = field == nrrdField_sizes || field == nrrdField_dimension || field == nrrdField_space_dimension ||
-                        field == nrrdField_line_skip || field == nrrdField_byte_skip;
+  const bool integers = field == nrrdField_sizes || field == nrrdField_dimension ||
+                        field == nrrdField_space_dimension || field == nrrdField_line_skip ||
+                        field == nrrdField_byte_skip;
   const std::vector<std::string_view> numbers = words(value, " \t(),");
   if (integers && field != nrrdField_sizes && numbers.size() != 1)
     fail(file, fmt::format("\"{}: {}\" must hold one integer", name, value));
@@ -82,15 +83,16 @@ void check_numbers(const path& file, int field, std::string_view name, std::stri
 }
 
 bool holds_numbers(int field) {
-  static constexpr int fields[] = {nrrdField_dimension,       nrrdField_sizes,     nrrdField_spacings, nrrdField_axis_mins,
-                                   nrrdField_axis_maxs,       nrrdField_line_skip, nrrdField_byte_skip, nrrdField_space_dimension,
-                                   nrrdField_space_directions, nrrdField_space_origin};
+  static constexpr int fields[] = {nrrdField_dimension,   nrrdField_sizes,           nrrdField_spacings,
+                                   nrrdField_axis_mins,   nrrdField_axis_maxs,       nrrdField_line_skip,
+                                   nrrdField_byte_skip,   nrrdField_space_dimension, nrrdField_space_directions,
+                                   nrrdField_space_origin};
   return std::ranges::find(fields, field) != std::end(fields);
 }
 
 bool is_interpreted(int field) {
-  return holds_numbers(field) || field == nrrdField_type || field == nrrdField_space ||
-         field == nrrdField_centers || field == nrrdField_endian || field == nrrdField_encoding;
+  return holds_numbers(field) || field == nrrdField_type || field == nrrdField_space || field == nrrdField_centers ||
+         field == nrrdField_endian || field == nrrdField_encoding;
 }
 
 // Sorts one line: to be interpreted, the data file's name, or of no consequence for a volume (comments, keys and
@@ -131,10 +133,8 @@ HeaderText split_lines(const path& file, std::string_view text) {
     if (line.empty()) return header;
     if (line.size() > longest_line || line.find('\0') != line.npos)
       fail(file, "the header is damaged, or does not end with a blank line");
-    if (first)
-      header.interpreted.append(line.substr(0, 20)) += '\n';
-    else
-      take_line(file, line, header);
+    if (first) header.interpreted.append(line.substr(0, 20)) += '\n';
+    else take_line(file, line, header);
     first = false;
   }
   if (header.data_file.empty()) fail(file, "the file ends within its header");
@@ -214,17 +214,28 @@ Header interpret(const path& file, const HeaderText& text) {
 
 std::optional<SampleType> sample_type(int type) {
   switch (type) {
-    case nrrdTypeChar: return SampleType::int8;
-    case nrrdTypeUChar: return SampleType::uint8;
-    case nrrdTypeShort: return SampleType::int16;
-    case nrrdTypeUShort: return SampleType::uint16;
-    case nrrdTypeInt: return SampleType::int32;
-    case nrrdTypeUInt: return SampleType::uint32;
-    case nrrdTypeLLong: return SampleType::int64;
-    case nrrdTypeULLong: return SampleType::uint64;
-    case nrrdTypeFloat: return SampleType::float32;
-    case nrrdTypeDouble: return SampleType::float64;
-    default: return std::nullopt;
+    case nrrdTypeChar:
+      return SampleType::int8;
+    case nrrdTypeUChar:
+      return SampleType::uint8;
+    case nrrdTypeShort:
+      return SampleType::int16;
+    case nrrdTypeUShort:
+      return SampleType::uint16;
+    case nrrdTypeInt:
+      return SampleType::int32;
+    case nrrdTypeUInt:
+      return SampleType::uint32;
+    case nrrdTypeLLong:
+      return SampleType::int64;
+    case nrrdTypeULLong:
+      return SampleType::uint64;
+    case nrrdTypeFloat:
+      return SampleType::float32;
+    case nrrdTypeDouble:
+      return SampleType::float64;
+    default:
+      return std::nullopt;
   }
 }
 
@@ -233,7 +244,8 @@ unsigned first_axis(const path& file, const Nrrd& nrrd) {
   if (nrrd.dim == 3) return 0;
   if (nrrd.axis[0].size != 1)
     fail(file, fmt::format("dimension is 4 with {} values along the first axis; a volume must have dimension 3, or a "
-                           "single value a sample", nrrd.axis[0].size));
+                           "single value a sample",
+                           nrrd.axis[0].size));
   return 1;
 }
 
@@ -246,7 +258,8 @@ glm::ivec3 size_of(const path& file, const Nrrd& nrrd) {
     count *= double(samples);
   }
   if (count > double(std::numeric_limits<std::int32_t>::max()))
-    fail(file, fmt::format("sizes {} {} {} are {:.0f} samples; at most 2^31-1 are possible", size.x, size.y, size.z, count));
+    fail(file,
+         fmt::format("sizes {} {} {} are {:.0f} samples; at most 2^31-1 are possible", size.x, size.y, size.z, count));
   return size;
 }
 
@@ -313,7 +326,8 @@ NrrdData data_source(const path& file, const HeaderText& text, const Header& hea
 }
 
 void fix_byte_order(Nrrd& nrrd, const NrrdIoState& state) {
-  if (state.encoding->endianMatters && nrrdElementSize(&nrrd) > 1 && state.endian != airMyEndian()) nrrdSwapEndian(&nrrd);
+  if (state.encoding->endianMatters && nrrdElementSize(&nrrd) > 1 && state.endian != airMyEndian())
+    nrrdSwapEndian(&nrrd);
 }
 
 std::string read_beginning(const path& file) {

@@ -40,7 +40,8 @@ using Samples = std::unique_ptr<void, Free>;
 Samples allocate(const std::filesystem::path& file, std::size_t bytes) {
   Samples samples(std::malloc(bytes));
   if (!samples)
-    throw Error(ErrorCode::memory, fmt::format("\"{}\": {} bytes of memory are needed and not there", file.string(), bytes));
+    throw Error(ErrorCode::memory,
+                fmt::format("\"{}\": {} bytes of memory are needed and not there", file.string(), bytes));
   return samples;
 }
 
@@ -64,7 +65,8 @@ std::size_t skip_bytes(const NrrdData& data, std::size_t start, std::size_t tota
   const std::size_t available = total - start;
   const bool from_end = data.byte_skip < 0;
   const std::size_t skipped = from_end ? std::size_t(-(data.byte_skip + 1)) : std::size_t(data.byte_skip);
-  if (skipped > available) fail(data.file, fmt::format("byte skip is {}, but there are {} bytes", data.byte_skip, available));
+  if (skipped > available)
+    fail(data.file, fmt::format("byte skip is {}, but there are {} bytes", data.byte_skip, available));
   const std::size_t got = available - skipped;
   if (got < bytes || (got > bytes && !from_end)) fail_length(data.file, bytes, std::to_string(got));
   return from_end ? total - skipped - bytes : start + skipped;
@@ -159,7 +161,8 @@ Samples read_gzip(const NrrdData& data, const InputFile& file, std::size_t start
 template <class T>
 Samples parse_ascii(const NrrdData& data, std::string_view text, std::size_t count) {
   if (text.size() / 2 + 1 < count)  // a digit and a separator each
-    fail(data.file, fmt::format("the header asks for {} samples, but there are only {} bytes of text", count, text.size()));
+    fail(data.file,
+         fmt::format("the header asks for {} samples, but there are only {} bytes of text", count, text.size()));
   Samples samples = allocate(data.file, count * sizeof(T));
   static constexpr std::string_view separators = " \t\r\n\v\f,";
   std::size_t position = text.find_first_not_of(separators), index = 0;
@@ -182,21 +185,32 @@ Samples parse_ascii(const NrrdData& data, std::string_view text, std::size_t cou
 
 Samples read_ascii(const NrrdData& data, const InputFile& file, std::size_t start, SampleType type, std::size_t count) {
   if (data.byte_skip < 0) fail(data.file, "byte skip must not be negative for text");
-  if (std::size_t(data.byte_skip) > file.size() - start) fail(data.file, "the file ends within the bytes to be skipped");
+  if (std::size_t(data.byte_skip) > file.size() - start)
+    fail(data.file, "the file ends within the bytes to be skipped");
   start += std::size_t(data.byte_skip);
   std::string text(file.size() - start, '\0');
   file.read_at(start, text.data(), text.size());
   switch (type) {
-    case SampleType::uint8: return parse_ascii<std::uint8_t>(data, text, count);
-    case SampleType::int8: return parse_ascii<std::int8_t>(data, text, count);
-    case SampleType::uint16: return parse_ascii<std::uint16_t>(data, text, count);
-    case SampleType::int16: return parse_ascii<std::int16_t>(data, text, count);
-    case SampleType::uint32: return parse_ascii<std::uint32_t>(data, text, count);
-    case SampleType::int32: return parse_ascii<std::int32_t>(data, text, count);
-    case SampleType::uint64: return parse_ascii<std::uint64_t>(data, text, count);
-    case SampleType::int64: return parse_ascii<std::int64_t>(data, text, count);
-    case SampleType::float32: return parse_ascii<float>(data, text, count);
-    case SampleType::float64: return parse_ascii<double>(data, text, count);
+    case SampleType::uint8:
+      return parse_ascii<std::uint8_t>(data, text, count);
+    case SampleType::int8:
+      return parse_ascii<std::int8_t>(data, text, count);
+    case SampleType::uint16:
+      return parse_ascii<std::uint16_t>(data, text, count);
+    case SampleType::int16:
+      return parse_ascii<std::int16_t>(data, text, count);
+    case SampleType::uint32:
+      return parse_ascii<std::uint32_t>(data, text, count);
+    case SampleType::int32:
+      return parse_ascii<std::int32_t>(data, text, count);
+    case SampleType::uint64:
+      return parse_ascii<std::uint64_t>(data, text, count);
+    case SampleType::int64:
+      return parse_ascii<std::int64_t>(data, text, count);
+    case SampleType::float32:
+      return parse_ascii<float>(data, text, count);
+    case SampleType::float64:
+      return parse_ascii<double>(data, text, count);
   }
   throw std::logic_error("not a sample type");
 }
@@ -213,7 +227,7 @@ InputFile::InputFile(const std::filesystem::path& file) : path_(file) {
   if (!std::filesystem::is_regular_file(status)) refuse("it is no regular file");  // opening a pipe would wait
   descriptor_ = open(file.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor_ < 0) refuse(std::strerror(errno));
-  struct stat opened{};
+  struct stat opened {};
   if (fstat(descriptor_, &opened) == 0) size_ = std::size_t(opened.st_size);
 }
 

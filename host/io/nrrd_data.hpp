@@ -32,8 +32,8 @@ struct NrrdData {
   std::filesystem::path file;
   std::size_t header_bytes = 0;  // where the header ends, when it is in the same file
   Encoding encoding = Encoding::raw;
-  std::size_t line_skip = 0;     // lines before the data
-  long byte_skip = 0;            // then bytes (of the decoded data for gzip); -1-n: the data ends n bytes before the end
+  std::size_t line_skip = 0;  // lines before the data
+  long byte_skip = 0;         // then bytes (of the decoded data for gzip); -1-n: the data ends n bytes before the end
 };
 
 // `count` samples in memory from malloc. Throws Error (input) that names the file when the data is damaged or

@@ -18,10 +18,8 @@ class CsvWriter {
   void cell(std::uint64_t value) { number(value); }
   void cell(std::uint32_t value) { number(value); }
   void cell(float value) {
-    if (std::isnan(value))
-      buffer_ += "nan";  // without a sign that means nothing
-    else
-      number(value);
+    if (std::isnan(value)) buffer_ += "nan";  // without a sign that means nothing
+    else number(value);
   }
   void cell(std::string_view text) {
     if (text.find_first_of(",\"\r\n") == text.npos) {
@@ -111,10 +109,8 @@ void write_csv(const Table& table, const std::filesystem::path& file) {
 }
 
 void write_table(const Table& table, const std::filesystem::path& file) {
-  if (file.extension() == ".vtp")
-    write_vtp(table, file);
-  else
-    write_csv(table, file);
+  if (file.extension() == ".vtp") write_vtp(table, file);
+  else write_csv(table, file);
 }
 
 }  // namespace smurf

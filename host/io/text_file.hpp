@@ -14,7 +14,8 @@ std::string read_file(const std::filesystem::path& file);
 
 enum class NumberParse { ok, not_a_number, out_of_range };
 
-// A well-formed number that is too great or too small for its type, in a wider one; infinity or zero if that does not do.
+// A well-formed number that is too great or too small for its type, in a wider one; infinity or zero if that does
+// not do.
 long double number_beyond_range(std::string_view text);
 
 // The whole of `text` as one number, without regard to the locale. Floating-point numbers are rounded to the

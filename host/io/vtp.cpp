@@ -53,7 +53,10 @@ constexpr const char* vtk_type() {
   else if constexpr (std::is_same_v<T, std::uint32_t>) return "UInt32";
   else if constexpr (std::is_same_v<T, std::uint64_t>) return "UInt64";
   else if constexpr (std::is_same_v<T, std::int64_t>) return "Int64";
-  else { static_assert(std::is_same_v<T, std::string_view>); return "String"; }
+  else {
+    static_assert(std::is_same_v<T, std::string_view>);
+    return "String";
+  }
 }
 
 void add_array(pugi::xml_node parent, const char* type, const std::string& name, int components, Payload& payload) {
@@ -70,10 +73,8 @@ void add_column(pugi::xml_node parent, const TableColumn& column, std::size_t ro
       [&]<class T>(const Strided<T>& values) {
         Payload payload;
         for (std::size_t i = 0; i < rows; i++) {
-          if constexpr (std::is_same_v<T, std::string_view>)
-            payload.put_word(values[i]);
-          else
-            payload.put(values[i]);
+          if constexpr (std::is_same_v<T, std::string_view>) payload.put_word(values[i]);
+          else payload.put(values[i]);
         }
         add_array(parent, vtk_type<T>(), column.name, 1, payload);
       },

@@ -63,7 +63,8 @@ SurfaceFrame level_set_frame(const glm::dvec3& gradient, const glm::dmat3& hessi
   frame.d1 = glm::normalize(vectors(0, first) * u + vectors(1, first) * v);
   frame.d2 = glm::cross(frame.normal, frame.d1);
   const double size = std::max(std::abs(frame.k1), std::abs(frame.k2));
-  frame.status = frame.k1 - frame.k2 <= std::max(umbilic_tolerance * size, flat) ? PointStatus::umbilic : PointStatus::regular;
+  frame.status =
+      frame.k1 - frame.k2 <= std::max(umbilic_tolerance * size, flat) ? PointStatus::umbilic : PointStatus::regular;
   return frame;
 }
 

@@ -13,9 +13,9 @@ namespace smurf {
 // A point's normal and principal frame; NaN where `status` says undefined.
 struct SurfaceFrame {
   glm::dvec3 normal;
-  double k1, k2;        // k1 >= k2
-  glm::dvec3 d1, d2;    // unit, tangent, orthogonal
-  std::uint32_t status; // PointStatus bits: umbilic, undefined
+  double k1, k2;         // k1 >= k2
+  glm::dvec3 d1, d2;     // unit, tangent, orthogonal
+  std::uint32_t status;  // PointStatus bits: umbilic, undefined
 };
 
 SurfaceFrame undefined_frame();

@@ -41,16 +41,20 @@ Weights spline_weights(double u) {
 }
 
 Weights convolution_weights(double u) {
-  return {{{((2 - u) * u - 1) * u / 2, ((3 * u - 5) * u * u + 2) / 2, ((4 - 3 * u) * u + 1) * u / 2, (u - 1) * u * u / 2},
-           {((4 - 3 * u) * u - 1) / 2, (9 * u - 10) * u / 2, ((8 - 9 * u) * u + 1) / 2, (3 * u - 2) * u / 2},
-           {2 - 3 * u, 9 * u - 5, 4 - 9 * u, 3 * u - 1}}};
+  return {
+      {{((2 - u) * u - 1) * u / 2, ((3 * u - 5) * u * u + 2) / 2, ((4 - 3 * u) * u + 1) * u / 2, (u - 1) * u * u / 2},
+       {((4 - 3 * u) * u - 1) / 2, (9 * u - 10) * u / 2, ((8 - 9 * u) * u + 1) / 2, (3 * u - 2) * u / 2},
+       {2 - 3 * u, 9 * u - 5, 4 - 9 * u, 3 * u - 1}}};
 }
 
 Weights weights_of(Reconstruction reconstruction, double u) {
   switch (reconstruction) {
-    case Reconstruction::trilinear: return difference_weights(u);
-    case Reconstruction::tricubic: return spline_weights(u);
-    case Reconstruction::catmull_rom: break;
+    case Reconstruction::trilinear:
+      return difference_weights(u);
+    case Reconstruction::tricubic:
+      return spline_weights(u);
+    case Reconstruction::catmull_rom:
+      break;
   }
   return convolution_weights(u);
 }
@@ -217,7 +221,8 @@ void GridField::load_taps(const glm::ivec3& cell, double offset, Cell& out) cons
   double* tap = out.taps.data();
   for (int k = 0; k < width; k++) {
     for (int j = 0; j < width; j++, tap += width) {
-      const double* row = values_.data() + sample_index(0, mirrored(first.y + j, size_.y), mirrored(first.z + k, size_.z));
+      const double* row =
+          values_.data() + sample_index(0, mirrored(first.y + j, size_.y), mirrored(first.z + k, size_.z));
       for (int i = 0; i < width; i++) tap[i] = row[inside ? first.x + i : mirrored(first.x + i, size_.x)] - offset;
       for (int i = 0; i < width; i++) {
         lower[i] = std::min(lower[i], tap[i]);
@@ -318,8 +323,8 @@ std::optional<Jet> GridField::jet(const glm::dvec3& point) const {
     }
   }
   const glm::dvec3 gradient(sum[1][0][0], sum[0][1][0], sum[0][0][1]);
-  const glm::dmat3 hessian(sum[2][0][0], sum[1][1][0], sum[1][0][1],   //
-                           sum[1][1][0], sum[0][2][0], sum[0][1][1],   //
+  const glm::dmat3 hessian(sum[2][0][0], sum[1][1][0], sum[1][0][1],  //
+                           sum[1][1][0], sum[0][2][0], sum[0][1][1],  //
                            sum[1][0][1], sum[0][1][1], sum[0][0][2]);
   const glm::dmat3 transposed = glm::transpose(to_index_);
   return Jet{sum[0][0][0], transposed * gradient, transposed * hessian * to_index_};

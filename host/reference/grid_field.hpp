@@ -60,7 +60,9 @@ class GridField {
     double rounding;              // of the taps, as made from samples in double
   };
   int degree() const { return width_ == 2 ? 3 : 9; }  // along a line inside a cell
-  bool defined(const glm::ivec3& cell) const { return undefined_.empty() || !(undefined_[cell_index(cell)] & no_value); }
+  bool defined(const glm::ivec3& cell) const {
+    return undefined_.empty() || !(undefined_[cell_index(cell)] & no_value);
+  }
   void load(const glm::ivec3& cell, double offset, Cell& out) const;
   double evaluate(const Cell& cell, const glm::dvec3& local) const;  // local in [0, 1]³
 
@@ -100,8 +102,8 @@ class GridField {
   glm::dmat3 axes_, to_index_;
   glm::dvec3 origin_;
   Reconstruction reconstruction_;
-  int width_;  // taps along an axis that a value is made from
-  std::vector<double> values_;  // samples, or coefficients of the B-spline
+  int width_;                            // taps along an axis that a value is made from
+  std::vector<double> values_;           // samples, or coefficients of the B-spline
   std::vector<std::uint8_t> undefined_;  // per cell; empty when all samples are finite
   std::vector<Block> blocks_;
 };

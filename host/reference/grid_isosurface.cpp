@@ -16,7 +16,8 @@ constexpr double flat = 1e-9;
 
 class GridReference : public ReferenceSurface {
  public:
-  GridReference(const Volume& volume, Reconstruction reconstruction, double isovalue, std::shared_ptr<const GridField> field)
+  GridReference(const Volume& volume, Reconstruction reconstruction, double isovalue,
+                std::shared_ptr<const GridField> field)
       : volume_(volume), reconstruction_(reconstruction), roots_(std::move(field), isovalue) {}
 
   void roots(const ReferenceRay& ray, bool first_only, std::vector<ReferenceHit>& hits) const override {
@@ -26,7 +27,8 @@ class GridReference : public ReferenceSurface {
   ReferencePoint measure(const glm::dvec3& point) const override {
     const GridField& field = *roots_.field();
     if (const auto jet = field.jet(point)) {
-      return {jet->value, level_set_frame(jet->gradient, jet->hessian, out_of_denser_side, flat / field.shortest_step())};
+      return {jet->value,
+              level_set_frame(jet->gradient, jet->hessian, out_of_denser_side, flat / field.shortest_step())};
     }
     return {field.value(point).value_or(std::numeric_limits<double>::quiet_NaN()), undefined_frame()};
   }

@@ -49,7 +49,11 @@ void for_monotone_pieces(const RaySpan& span, const Visit& visit) {
 class RootVisitor : public RayVisitor {
  public:
   RootVisitor(double tolerance, double cells_per_t, bool first_only, std::vector<ReferenceHit>& hits)
-      : tolerance_(tolerance), cells_per_t_(cells_per_t), first_only_(first_only), hits_(hits), first_hit_(hits.size()) {}
+      : tolerance_(tolerance),
+        cells_per_t_(cells_per_t),
+        first_only_(first_only),
+        hits_(hits),
+        first_hit_(hits.size()) {}
 
   double clear_above() const override { return tolerance_; }
   bool finished() const override { return first_only_ && hits_.size() > first_hit_; }
@@ -139,7 +143,9 @@ class RootVisitor : public RayVisitor {
     const double value = 32 * epsilon * p.span.scale / std::max(std::abs(slope), 1e-300);
     return std::min(value, p.span.half * (p.b - p.a)) + 4 * epsilon * std::abs(p.t(s));
   }
-  static double slope_at(const Piece& p, double s) { return p.span.half > 0 ? p.span.f.derivative()(s) / p.span.half : 0; }
+  static double slope_at(const Piece& p, double s) {
+    return p.span.half > 0 ? p.span.f.derivative()(s) / p.span.half : 0;
+  }
 
   void cross(const Piece& p) {
     const double s = p.at_level(0), slope = slope_at(p, s);
@@ -188,8 +194,8 @@ class RootVisitor : public RayVisitor {
   const bool first_only_;
   std::vector<ReferenceHit>& hits_;
   const std::size_t first_hit_;
-  int sign_ = 0;       // of f - isovalue where the walk has come to; 0 after a gap
-  int direction_ = 0;  // in which f last moved; 0 when unknown
+  int sign_ = 0;              // of f - isovalue where the walk has come to; 0 after a gap
+  int direction_ = 0;         // in which f last moved; 0 when unknown
   double margin_ = infinity;  // at the last extremum
   bool on_surface_ = false;
   Stretch stretch_{};

@@ -5,8 +5,8 @@
 // extrema are all found (polynomial.hpp); between them it is monotone, so a root is a change of sign, and is
 // counted once because the signs at the ends of spans are carried along the ray.
 //
-// "On the surface" means |f - isovalue| <= tolerance·scale, scale being the largest |sample - isovalue| of the cell's taps
-// (of its coefficients for the B-spline), or within rounding of the samples.
+// "On the surface" means |f - isovalue| <= tolerance·scale, scale being the largest |sample - isovalue| of the
+// cell's taps (of its coefficients for the B-spline), or within rounding of the samples.
 // A stretch of the ray on the surface is
 //   isolated    when the field is monotone through it: exactly one root, given to the last bits
 //   tangent     when it has an extremum: a double root, two very close roots, or none

@@ -9,8 +9,8 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double domain_slack = 1e-9;
 
-// A ray in index coordinates with its parameter measured from where it enters the domain, so that far origins cost no precision
-// in stepping: index = entry + direction·tau, t = t_entry + tau.
+// A ray in index coordinates with its parameter measured from where it enters the domain, so that far origins cost no
+// precision in stepping: index = entry + direction·tau, t = t_entry + tau.
 struct Walk {
   glm::dvec3 entry, direction;
   double t_entry, length;
@@ -120,7 +120,8 @@ void walk_ray(const GridField& field, double isovalue, const ReferenceRay& ray, 
       visitor.gap(walk.t_entry + end);
     } else {
       field.load(walk.cell, isovalue, cell);
-      const int cell_sign = clear_sign(cell.lower, cell.upper, std::max(visitor.clear_above() * cell.scale, cell.rounding));
+      const int cell_sign =
+          clear_sign(cell.lower, cell.upper, std::max(visitor.clear_above() * cell.scale, cell.rounding));
       if (cell_sign != 0) {
         visitor.clear(cell_sign, t);
       } else {

@@ -10,7 +10,7 @@ namespace smurf {
 // The ray inside one cell: t = middle + half·s with s in [-1, 1].
 struct RaySpan {
   double middle, half;
-  Chebyshev f;   // less the isovalue
+  Chebyshev f;      // less the isovalue
   double scale;     // largest |tap - isovalue| of the cell
   double rounding;  // f is not known better than this
   double begin() const { return middle - half; }
@@ -20,9 +20,9 @@ struct RaySpan {
 class RayVisitor {
  public:
   virtual ~RayVisitor() = default;
-  // Spans where |f - isovalue| is surely above this many times the scale, and above rounding, go to `clear`, not to `span`.
+  // Spans where |f - isovalue| is surely above this many times the scale, and above rounding, go to `clear`.
   virtual double clear_above() const = 0;
-  virtual void clear(int sign, double t) = 0;   // f - isovalue has this sign in a span that begins at t
+  virtual void clear(int sign, double t) = 0;  // f - isovalue has this sign in a span that begins at t
   virtual void span(const RaySpan& span) = 0;
   virtual void gap(double t) = 0;  // here the domain or an undefined cell begins or ends
   virtual bool finished() const = 0;

@@ -19,7 +19,8 @@ bool is_finite(const glm::vec3& v) { return std::isfinite(v.x) && std::isfinite(
 
 // The range [begin, end) of each tile, then progress.
 template <class Work>
-void for_tiles(std::size_t count, std::size_t tile, const std::function<void(std::size_t, std::size_t)>& progress, const Work& work) {
+void for_tiles(std::size_t count, std::size_t tile, const std::function<void(std::size_t, std::size_t)>& progress,
+               const Work& work) {
   if (tile == 0) tile = default_tile;
   for (std::size_t begin = 0; begin < count;) {
     const std::size_t end = begin + std::min(tile, count - begin);
@@ -29,7 +30,9 @@ void for_tiles(std::size_t count, std::size_t tile, const std::function<void(std
   }
 }
 
-ReferenceRay in_double(const Ray& ray) { return {glm::dvec3(ray.origin), glm::dvec3(ray.direction), ray.t_min, ray.t_max}; }
+ReferenceRay in_double(const Ray& ray) {
+  return {glm::dvec3(ray.origin), glm::dvec3(ray.direction), ray.t_min, ray.t_max};
+}
 
 }  // namespace
 
@@ -48,7 +51,8 @@ void ReferenceInterrogation::cast(const RayBatch& rays, const CastOptions& optio
   for (std::size_t i = 0; i < rays.size(); i++) {
     const char* fault = fault_of(rays[i]);
     if (!fault) continue;
-    if (options.bad_rays == BadRays::error) throw Error(ErrorCode::input, "ray " + std::to_string(i) + " is invalid: " + fault);
+    if (options.bad_rays == BadRays::error)
+      throw Error(ErrorCode::input, "ray " + std::to_string(i) + " is invalid: " + fault);
     hits.ray_status_[i] = RayStatus::invalid;
   }
 
@@ -89,11 +93,12 @@ void ReferenceInterrogation::cast(const RayBatch& rays, const CastOptions& optio
   if (options.properties != 0) measure(hits.locations_, {}, options.properties, {}, hits.properties_);
 }
 
-void ReferenceInterrogation::measure(std::span<const glm::vec3> points, std::span<const glm::vec3> directions, std::uint32_t wanted,
-                                     const ProbeOptions& options, PointProperties& out) {
+void ReferenceInterrogation::measure(std::span<const glm::vec3> points, std::span<const glm::vec3> directions,
+                                     std::uint32_t wanted, const ProbeOptions& options, PointProperties& out) {
   if (contains(wanted, Property::normal_curvature) && directions.size() != points.size()) {
-    throw Error(ErrorCode::usage, "normal curvature needs one direction per point: there are " + std::to_string(points.size()) +
-                                      " points and " + std::to_string(directions.size()) + " directions");
+    throw Error(ErrorCode::usage, "normal curvature needs one direction per point: there are " +
+                                      std::to_string(points.size()) + " points and " +
+                                      std::to_string(directions.size()) + " directions");
   }
   auto column = [&](Property property, auto& values, auto fill) {
     if (contains(wanted, property)) values.assign(points.size(), fill);

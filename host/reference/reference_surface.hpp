@@ -26,8 +26,9 @@ struct ReferenceHit {
   double t;
   double uncertainty;  // all roots that the hit stands for lie in t ± uncertainty
   HitStatus status;
-  double slope;   // df/dt at t
-  double margin;  // least |f - isovalue| / scale at the extrema along the ray next to the hit, as far as they were looked at
+  double slope;  // df/dt at t
+  // Least |f - isovalue| / scale at the extrema along the ray next to the hit, as far as they were looked at.
+  double margin;
 };
 
 struct ReferencePoint {

@@ -20,13 +20,6 @@ double seconds_of(const std::function<void()>& body) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// Processor time that this process has spent so far on all cores.
-double core_seconds() {
-  timespec spent{};
-  ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &spent);
-  return double(spent.tv_sec) + 1e-9 * double(spent.tv_nsec);
-}
-
 double median(std::vector<double> values) {
   std::ranges::sort(values);
   return 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
@@ -62,6 +55,12 @@ nlohmann::json json_of(const Spread& spread) {
 }
 
 }  // namespace
+
+double core_seconds() {
+  timespec spent{};
+  ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &spent);
+  return double(spent.tv_sec) + 1e-9 * double(spent.tv_nsec);
+}
 
 Task::Task(const Workload& workload, int size) : workload_(workload), size_(size), surface_(workload.surface()) {
   if (workload_.casts()) {

@@ -79,6 +79,9 @@ struct Budget {
   std::size_t most_runs = 25;
 };
 
+// Processor time that this process has spent so far on all cores.
+double core_seconds();
+
 // Counts in a batch's answer.
 void count_hits(const HitList& hits, Measurement& measurement);
 
