@@ -10,5 +10,6 @@ layout(push_constant) uniform Arguments {
 
 void main() {
   Surface surface = surface_open(parameters, surface_a, surface_b, surface_c, surface_d);
-  find_hits_of(surface, rays, counts, slots, lane_items(item_index()), first, count, stride, image_width, capacity, first_only);
+  find_hits_of(surface, rays, counts, slots, lane_items(item_index()), first, count, stride, image_width, capacity,
+               first_only);
 }

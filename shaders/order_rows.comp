@@ -9,9 +9,9 @@ layout(push_constant) uniform Arguments {
 };
 
 void main() {
-  int which = int(item_index());
-  if (which * block < count) {
-    order_block(rays, counts, slots, row_rays, row_t, row_uncertainty, row_status, row_locations, which, first, count, stride, capacity,
-                block, load_uniform_integer(block_offsets, which));
+  int i = int(item_index());
+  if (i < count) {
+    order_ray(rays, counts, slots, block_offsets, row_rays, row_t, row_uncertainty, row_status, row_locations, i, first,
+              count, stride, capacity, block);
   }
 }

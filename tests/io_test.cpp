@@ -25,8 +25,7 @@ namespace fs = std::filesystem;
 
 // A folder of the running test, empty.
 fs::path test_folder() {
-  const fs::path folder =
-      fs::path(SMURF_TEST_OUTPUT) / "io" / testing::UnitTest::GetInstance()->current_test_info()->name();
+  fs::path folder = fs::path(SMURF_TEST_OUTPUT) / "io" / testing::UnitTest::GetInstance()->current_test_info()->name();
   fs::remove_all(folder);
   fs::create_directories(folder);
   return folder;

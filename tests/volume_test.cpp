@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 fs::path test_folder() {
-  const fs::path folder =
+  fs::path folder =
       fs::path(SMURF_TEST_OUTPUT) / "volume" / testing::UnitTest::GetInstance()->current_test_info()->name();
   fs::create_directories(folder);
   return folder;
@@ -174,6 +174,7 @@ TEST(Volume, statistics_may_be_asked_for_by_several_threads) {
   const Volume volume = marschner_lobb_volume(40);
   std::vector<double> answers(8);
   std::vector<std::jthread> threads;
+  threads.reserve(answers.size());
   for (double& answer : answers)
     threads.emplace_back([&answer, copy = volume] { answer = copy.maximum() - copy.minimum(); });
   threads.clear();
@@ -187,8 +188,8 @@ TEST(Volume, marschner_lobb) {
   EXPECT_DOUBLE_EQ(volume.placement().axes[1].y, 0.05);
   const double pi = std::acos(-1.0);
   for (std::size_t index = 0; index < volume.count(); index += 17) {
-    const double x = -1 + 0.05 * double(index % 41), y = -1 + 0.05 * double(index / 41 % 41),
-                 z = -1 + 0.05 * double(index / 1681);
+    const std::size_t k = index / (std::size_t(41) * 41), j = index / 41 % 41;
+    const double x = -1 + 0.05 * double(index % 41), y = -1 + 0.05 * double(j), z = -1 + 0.05 * double(k);
     const double rho = std::cos(12 * pi * std::cos(pi * std::hypot(x, y) / 2));
     EXPECT_NEAR(volume.at(index), ((1 - std::sin(pi * z / 2)) + (1 + rho) / 4) / 2.5, 1e-7);
   }

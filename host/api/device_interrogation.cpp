@@ -21,7 +21,7 @@ constexpr std::size_t rays_in_tile = 131072;
 constexpr std::size_t points_in_tile = 262144;
 constexpr std::size_t slots_in_tile = 1 << 20;  // capacity × rays, at 12 bytes
 constexpr int capacity_of_all = 8;              // hits per ray to begin with
-constexpr int rays_in_block = 512;
+constexpr int rays_in_block = 32;
 constexpr int tile_rows = 4;                    // rows of pixels that kernels take together
 
 struct BlockSum {
@@ -41,9 +41,8 @@ class DeviceInterrogation final : public Interrogation {
     const bool first_only = options.hits == Hits::first;
     int capacity = first_only ? 1 : capacity_of_all;
     upload_shared(rays);
-    hits.offsets_.reserve(rays.size() + 1);
-    hits.offsets_.push_back(0);
-    hits.ray_status_.reserve(rays.size());
+    hits.offsets_.resize(rays.size() + 1, 0);
+    hits.ray_status_.resize(rays.size());
     std::size_t first = 0;
     while (first < rays.size()) {
       const Tile tile = next_tile(rays, first, options, capacity);
@@ -207,7 +206,7 @@ class DeviceInterrogation final : public Interrogation {
                                  .row_rays = row_rays_.get(), .row_t = row_t_.get(), .row_uncertainty = row_uncertainty_.get(),
                                  .row_status = row_status_.get(), .row_locations = row_locations_.get(), .first = int(tile.offset),
                                  .count = int(tile.count), .stride = int(tile.stride), .capacity = capacity, .block = rays_in_block},
-           blocks.size());
+           tile.count);
     return rows;
   }
 
@@ -230,11 +229,12 @@ class DeviceInterrogation final : public Interrogation {
     for (std::size_t i = row; i < hits.rays_.size(); i++) hits.rays_[i] += std::uint32_t(tile.first);
     tile_counts_.resize(tile.count);
     counts_.read(tile_counts_);
-    std::uint64_t offset = hits.offsets_.back();
-    for (const std::int32_t count : tile_counts_) {
+    std::uint64_t offset = hits.offsets_[tile.first];
+    for (std::size_t i = 0; i < tile.count; i++) {
+      const std::int32_t count = tile_counts_[i];
       offset += std::uint64_t(std::max(count, 0));
-      hits.offsets_.push_back(offset);
-      hits.ray_status_.push_back(count < 0 ? RayStatus::invalid : RayStatus::ok);
+      hits.offsets_[tile.first + i + 1] = offset;
+      hits.ray_status_[tile.first + i] = count < 0 ? RayStatus::invalid : RayStatus::ok;
     }
   }
 

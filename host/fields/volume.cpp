@@ -20,8 +20,8 @@ constexpr std::size_t greatest_count = std::numeric_limits<std::int32_t>::max();
 // Calls `function` with a value of the type that `type` names.
 template <class Function>
 auto with_type(SampleType type, Function&& function) {
-  switch (type) {  // NOLINT(bugprone-branch-clone): the branches differ in type
-    case SampleType::uint8:
+  switch (type) {
+    case SampleType::uint8:  // NOLINT(bugprone-branch-clone): the branches differ in type
       return function(std::uint8_t());
     case SampleType::int8:
       return function(std::int8_t());

@@ -9,7 +9,8 @@ namespace {
 constexpr std::size_t kCommandsPerBatch = 64;
 constexpr std::size_t kBatchesInFlight = 4;
 
-constexpr vk::PipelineStageFlags kWork = vk::PipelineStageFlagBits::eComputeShader | vk::PipelineStageFlagBits::eTransfer;
+constexpr vk::PipelineStageFlags kWork =
+    vk::PipelineStageFlagBits::eComputeShader | vk::PipelineStageFlagBits::eTransfer;
 constexpr vk::AccessFlags kWrites = vk::AccessFlagBits::eShaderWrite | vk::AccessFlagBits::eTransferWrite;
 constexpr vk::AccessFlags kReads = vk::AccessFlagBits::eShaderRead | vk::AccessFlagBits::eTransferRead;
 
@@ -17,8 +18,9 @@ constexpr vk::AccessFlags kReads = vk::AccessFlagBits::eShaderRead | vk::AccessF
 
 CommandStream::CommandStream(std::shared_ptr<Context> context, bool timing)
     : context_(std::move(context)), timing_(timing && context_->timestamp_period() > 0) {
-  const vk::CommandPoolCreateInfo create(vk::CommandPoolCreateFlagBits::eResetCommandBuffer | vk::CommandPoolCreateFlagBits::eTransient,
-                                         context_->queue_family());
+  const vk::CommandPoolCreateInfo create(
+      vk::CommandPoolCreateFlagBits::eResetCommandBuffer | vk::CommandPoolCreateFlagBits::eTransient,
+      context_->queue_family());
   pool_ = vk::raii::CommandPool(context_->device(), create);
 }
 
@@ -37,7 +39,8 @@ CommandStream::Batch CommandStream::new_batch() const {
   batch.commands = std::move(buffers.front());
   batch.fence = vk::raii::Fence(device, vk::FenceCreateInfo());
   if (timing_) {
-    batch.queries = vk::raii::QueryPool(device, vk::QueryPoolCreateInfo({}, vk::QueryType::eTimestamp, 2 * kCommandsPerBatch));
+    batch.queries =
+        vk::raii::QueryPool(device, vk::QueryPoolCreateInfo({}, vk::QueryType::eTimestamp, 2 * kCommandsPerBatch));
   }
   return batch;
 }
@@ -68,8 +71,9 @@ void CommandStream::dispatch(const Launch& launch) {
   Batch& batch = recording();
   before_command(batch);
   batch.commands.bindPipeline(vk::PipelineBindPoint::eCompute, launch.pipeline);
-  batch.commands.pushConstants<std::byte>(launch.layout, vk::ShaderStageFlagBits::eCompute, 0,
-                                          vk::ArrayProxy<const std::byte>(std::uint32_t(launch.constants.size()), launch.constants.data()));
+  batch.commands.pushConstants<std::byte>(
+      launch.layout, vk::ShaderStageFlagBits::eCompute, 0,
+      vk::ArrayProxy<const std::byte>(std::uint32_t(launch.constants.size()), launch.constants.data()));
   const std::uint32_t query = 2 * std::uint32_t(batch.timed.size());
   if (timing_) batch.commands.writeTimestamp(vk::PipelineStageFlagBits::eComputeShader, *batch.queries, query);
   batch.commands.dispatch(launch.groups_x, launch.groups_y, 1);
@@ -80,7 +84,8 @@ void CommandStream::dispatch(const Launch& launch) {
   after_command(batch);
 }
 
-void CommandStream::copy(vk::Buffer from, std::size_t from_offset, vk::Buffer to, std::size_t to_offset, std::size_t bytes) {
+void CommandStream::copy(vk::Buffer from, std::size_t from_offset, vk::Buffer to, std::size_t to_offset,
+                         std::size_t bytes) {
   Batch& batch = recording();
   before_command(batch);
   batch.commands.copyBuffer(from, to, vk::BufferCopy(from_offset, to_offset, bytes));
@@ -94,7 +99,8 @@ void CommandStream::submit() {
   Batch batch = std::move(*recording_);
   recording_.reset();
   next_batch_++;
-  batch.commands.pipelineBarrier(kWork, vk::PipelineStageFlagBits::eHost, {}, vk::MemoryBarrier(kWrites, vk::AccessFlagBits::eHostRead), {}, {});
+  batch.commands.pipelineBarrier(kWork, vk::PipelineStageFlagBits::eHost, {},
+                                 vk::MemoryBarrier(kWrites, vk::AccessFlagBits::eHostRead), {}, {});
   batch.commands.end();
   context_->queue().submit(vk::SubmitInfo({}, {}, *batch.commands), *batch.fence);
   in_flight_.push_back(std::move(batch));
@@ -103,8 +109,10 @@ void CommandStream::submit() {
 
 void CommandStream::retire_oldest() {
   Batch& batch = in_flight_.front();
-  const vk::Result result = context_->device().waitForFences(*batch.fence, true, std::numeric_limits<std::uint64_t>::max());
-  if (result != vk::Result::eSuccess) throw Error(ErrorCode::device, fmt::format("vulkan: waiting for the device failed: {}", vk::to_string(result)));
+  const vk::Result result =
+      context_->device().waitForFences(*batch.fence, true, std::numeric_limits<std::uint64_t>::max());
+  if (result != vk::Result::eSuccess)
+    throw Error(ErrorCode::device, fmt::format("vulkan: waiting for the device failed: {}", vk::to_string(result)));
   collect_times(batch);
   context_->device().resetFences(*batch.fence);
   batch.timed.clear();
@@ -118,8 +126,9 @@ void CommandStream::retire_oldest() {
 void CommandStream::collect_times(const Batch& batch) {
   if (batch.timed.empty()) return;
   const std::uint32_t count = 2 * std::uint32_t(batch.timed.size());
-  const auto [result, ticks] = batch.queries.getResults<std::uint64_t>(0, count, count * sizeof(std::uint64_t), sizeof(std::uint64_t),
-                                                                       vk::QueryResultFlagBits::e64 | vk::QueryResultFlagBits::eWait);
+  const auto [result, ticks] =
+      batch.queries.getResults<std::uint64_t>(0, count, count * sizeof(std::uint64_t), sizeof(std::uint64_t),
+                                              vk::QueryResultFlagBits::e64 | vk::QueryResultFlagBits::eWait);
   if (result != vk::Result::eSuccess) return;
   for (std::size_t i = 0; i < batch.timed.size(); i++) {
     KernelTime& time = times_[std::string(batch.timed[i])];

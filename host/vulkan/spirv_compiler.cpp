@@ -82,7 +82,8 @@ std::vector<std::uint32_t> with_float_rules(const std::vector<std::uint32_t>& mo
   if (controls.preserve_signed_zero_inf_nan) {
     append(result, {first_word(spv::OpCapability, 2), spv::CapabilitySignedZeroInfNanPreserve});
   }
-  if (controls.round_to_nearest_even) append(result, {first_word(spv::OpCapability, 2), spv::CapabilityRoundingModeRTE});
+  if (controls.round_to_nearest_even)
+    append(result, {first_word(spv::OpCapability, 2), spv::CapabilityRoundingModeRTE});
   append(result, section(capabilities_end, modes_end));
   if (controls.preserve_signed_zero_inf_nan) {
     append(result, {first_word(spv::OpExecutionMode, 4), entry_point, spv::ExecutionModeSignedZeroInfNanPreserve, 32});
@@ -112,19 +113,21 @@ std::string first_messages(const char* log) {
 }
 
 [[noreturn]] void refuse(std::string_view name, const char* log) {
-  throw Error(ErrorCode::device, fmt::format("vulkan: the shader of kernel {} does not compile (SMURF_DUMP=folder writes its source): {}",
-                                             name, first_messages(log)));
+  throw Error(ErrorCode::device,
+              fmt::format("vulkan: the shader of kernel {} does not compile (SMURF_DUMP=folder writes its source): {}",
+                          name, first_messages(log)));
 }
 
 }  // namespace
 
 std::string compiler_identity(const FloatControls& controls) {
   const glslang::Version version = glslang::GetVersion();
-  return fmt::format("glslang {}.{}.{} spirv 1.5 nan {} rte {} revision {}", version.major, version.minor, version.patch,
-                     controls.preserve_signed_zero_inf_nan, controls.round_to_nearest_even, kRevision);
+  return fmt::format("glslang {}.{}.{} spirv 1.5 nan {} rte {} revision {}", version.major, version.minor,
+                     version.patch, controls.preserve_signed_zero_inf_nan, controls.round_to_nearest_even, kRevision);
 }
 
-std::vector<std::uint32_t> compile_glsl(const std::string& source, std::string_view name, const FloatControls& controls) {
+std::vector<std::uint32_t> compile_glsl(const std::string& source, std::string_view name,
+                                        const FloatControls& controls) {
   static std::once_flag initialized;
   // Never finalized: other users of glslang in this process would lose it.
   std::call_once(initialized, [] { glslang::InitializeProcess(); });

@@ -21,6 +21,7 @@ std::string compiler_identity(const FloatControls& controls);
 // Every floating-point operation of the result is decorated NoContraction: like the OpenCL programs,
 // shaders run with contraction off, so that IEEE devices agree and error-free transformations hold.
 // Throws Error (device) with the first messages of the compiler; `name` says which kernel.
-std::vector<std::uint32_t> compile_glsl(const std::string& source, std::string_view name, const FloatControls& controls);
+std::vector<std::uint32_t> compile_glsl(const std::string& source, std::string_view name,
+                                        const FloatControls& controls);
 
 }  // namespace smurf::vulkan

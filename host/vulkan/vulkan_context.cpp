@@ -24,7 +24,11 @@ VKAPI_ATTR VkBool32 VKAPI_CALL receive_message(VkDebugUtilsMessageSeverityFlagBi
 vk::DebugUtilsMessengerCreateInfoEXT messenger_for(Messages& messages) {
   using Severity = vk::DebugUtilsMessageSeverityFlagBitsEXT;
   using Type = vk::DebugUtilsMessageTypeFlagBitsEXT;
-  return {{}, Severity::eWarning | Severity::eError, Type::eGeneral | Type::eValidation | Type::ePerformance, receive_message, &messages};
+  return {{},
+          Severity::eWarning | Severity::eError,
+          Type::eGeneral | Type::eValidation | Type::ePerformance,
+          receive_message,
+          &messages};
 }
 
 template <class Properties>
@@ -48,13 +52,14 @@ vk::raii::Instance open_instance(const vk::raii::Context& loader, Messages* vali
 
   if (!contains_name(loader.enumerateInstanceLayerProperties(), kValidationLayer)) {
     throw Error(ErrorCode::device, fmt::format("vulkan: validation was asked for, but {} is not installed "
-                                               "(Debian's package: vulkan-validationlayers)", kValidationLayer));
+                                               "(Debian's package: vulkan-validationlayers)",
+                                               kValidationLayer));
   }
   const vk::ValidationFeatureEnableEXT synchronization = vk::ValidationFeatureEnableEXT::eSynchronizationValidation;
-  const std::vector<const char*> extensions = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME, VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME};
-  const vk::StructureChain chain(
-      vk::InstanceCreateInfo({}, &application, kValidationLayer, extensions), messenger_for(*validation),
-      vk::ValidationFeaturesEXT(synchronization));
+  const std::vector<const char*> extensions = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME,
+                                               VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME};
+  const vk::StructureChain chain(vk::InstanceCreateInfo({}, &application, kValidationLayer, extensions),
+                                 messenger_for(*validation), vk::ValidationFeaturesEXT(synchronization));
   return {loader, chain.get<vk::InstanceCreateInfo>()};
 }
 
@@ -93,7 +98,8 @@ bool is_unified_type(vk::PhysicalDeviceType type) {
 }
 
 DeviceInfo describe(const vk::raii::PhysicalDevice& device, int index) {
-  const auto chain = device.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceVulkan11Properties, vk::PhysicalDeviceDriverProperties>();
+  const auto chain = device.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceVulkan11Properties,
+                                           vk::PhysicalDeviceDriverProperties>();
   const vk::PhysicalDeviceProperties& properties = chain.get<vk::PhysicalDeviceProperties2>().properties;
   const auto& driver = chain.get<vk::PhysicalDeviceDriverProperties>();
   DeviceInfo info;
@@ -137,7 +143,8 @@ vk::raii::Context open_loader() {
   try {
     return {};
   } catch (const std::exception&) {
-    throw Error(ErrorCode::usage, "vulkan: there is no Vulkan loader here (libvulkan.so.1; Debian's package: libvulkan1)");
+    throw Error(ErrorCode::usage,
+                "vulkan: there is no Vulkan loader here (libvulkan.so.1; Debian's package: libvulkan1)");
   }
 }
 
@@ -174,7 +181,8 @@ Context::Context(std::string_view which, const DeviceOptions& options) : loader_
       throw Error(ErrorCode::usage, "vulkan: no device here speaks Vulkan 1.2 with buffer device addresses");
     }
     if (!chosen) {
-      throw Error(ErrorCode::usage, fmt::format("vulkan: there is no device \"{}\"; there is {}", which, listing(devices)));
+      throw Error(ErrorCode::usage,
+                  fmt::format("vulkan: there is no device \"{}\"; there is {}", which, listing(devices)));
     }
     physical_ = std::move(devices[*chosen]);
     info_ = describe(physical_, int(*chosen));
@@ -198,7 +206,8 @@ void Context::open_device() {
   std::vector<const char*> extensions;
   if (info_.shares_host_memory) {
     extensions.push_back(VK_EXT_EXTERNAL_MEMORY_HOST_EXTENSION_NAME);
-    import_alignment_ = std::size_t(chain.get<vk::PhysicalDeviceExternalMemoryHostPropertiesEXT>().minImportedHostPointerAlignment);
+    import_alignment_ =
+        std::size_t(chain.get<vk::PhysicalDeviceExternalMemoryHostPropertiesEXT>().minImportedHostPointerAlignment);
   }
   queue_family_ = compute_family(physical_).value();
   const std::uint32_t bits = physical_.getQueueFamilyProperties()[queue_family_].timestampValidBits;
@@ -219,7 +228,8 @@ std::vector<DeviceInfo> list_devices() {
   try {
     const vk::raii::Context loader;
     const vk::raii::Instance instance = open_instance(loader, nullptr);
-    for (const vk::raii::PhysicalDevice& device : fit_devices(instance)) infos.push_back(describe(device, int(infos.size())));
+    for (const vk::raii::PhysicalDevice& device : fit_devices(instance))
+      infos.push_back(describe(device, int(infos.size())));
   } catch (const std::exception&) {
     // No loader, no driver, or one that fails: nothing can run here.
   }

@@ -6,9 +6,9 @@
 // The whole back end goes through the function tables of vk::raii; nothing is linked.
 #define VK_NO_PROTOTYPES
 #define VULKAN_HPP_DISPATCH_LOADER_DYNAMIC 1
+#include <fmt/format.h>
 #include <cstddef>
 #include <cstdint>
-#include <fmt/format.h>
 #include <memory>
 #include <mutex>
 #include <string>

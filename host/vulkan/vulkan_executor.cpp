@@ -13,7 +13,8 @@ namespace {
 
 constexpr std::size_t kPushConstantBytes = 128;  // what every device has
 
-#define KERNEL(name, shape, group, bindings) static_assert(0 bindings <= kPushConstantBytes, #name " has too many arguments");
+#define KERNEL(name, shape, group, bindings) \
+  static_assert(0 bindings <= kPushConstantBytes, #name " has too many arguments");
 #define BUFFER(name) +8
 #define INTEGER(name) +4
 #include "kernels.def"
@@ -43,7 +44,8 @@ Allocation& allocation_of(const DeviceBuffer& buffer) { return *static_cast<cons
 
 void check_range(const DeviceBuffer& buffer, std::size_t offset, std::size_t bytes, std::string_view verb) {
   if (offset <= buffer.bytes() && bytes <= buffer.bytes() - offset) return;
-  throw Error(ErrorCode::usage, fmt::format("vulkan: cannot {} {} bytes at {} of a buffer of {} bytes", verb, bytes, offset, buffer.bytes()));
+  throw Error(ErrorCode::usage, fmt::format("vulkan: cannot {} {} bytes at {} of a buffer of {} bytes", verb, bytes,
+                                            offset, buffer.bytes()));
 }
 
 DeviceOptions with_environment(DeviceOptions options) {
@@ -84,7 +86,8 @@ VulkanExecutor::~VulkanExecutor() {
 
 std::unique_ptr<DeviceBuffer> VulkanExecutor::allocate(std::size_t bytes, std::string_view purpose) {
   context_->check_messages();
-  return guarded("allocating memory", [&] { return std::make_unique<VulkanBuffer>(memory_->allocate(bytes, purpose), stream_); });
+  return guarded("allocating memory",
+                 [&] { return std::make_unique<VulkanBuffer>(memory_->allocate(bytes, purpose), stream_); });
 }
 
 std::unique_ptr<DeviceBuffer> VulkanExecutor::share(const void* host, std::size_t bytes, std::string_view purpose) {
@@ -138,12 +141,14 @@ const vk::raii::Pipeline& VulkanExecutor::pipeline(const Program& program) {
   const auto start = std::chrono::steady_clock::now();
   const std::vector<std::uint32_t> module = spirv(program);
   const vk::raii::Device& device = context_->device();
-  const auto& made = guarded(fmt::format("making the pipeline of kernel {}", spec_of(program.kernel).name), [&]() -> const vk::raii::Pipeline& {
-    const vk::raii::ShaderModule shader(device, vk::ShaderModuleCreateInfo({}, module));
-    const vk::PipelineShaderStageCreateInfo stage({}, vk::ShaderStageFlagBits::eCompute, *shader, "main");
-    vk::raii::Pipeline created(device, nullptr, vk::ComputePipelineCreateInfo({}, stage, *layout_));
-    return pipelines_.emplace(program, std::move(created)).first->second;
-  });
+  const auto& made =
+      guarded(fmt::format("making the pipeline of kernel {}", spec_of(program.kernel).name),
+              [&]() -> const vk::raii::Pipeline& {
+                const vk::raii::ShaderModule shader(device, vk::ShaderModuleCreateInfo({}, module));
+                const vk::PipelineShaderStageCreateInfo stage({}, vk::ShaderStageFlagBits::eCompute, *shader, "main");
+                vk::raii::Pipeline created(device, nullptr, vk::ComputePipelineCreateInfo({}, stage, *layout_));
+                return pipelines_.emplace(program, std::move(created)).first->second;
+              });
   compile_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return made;
 }
@@ -154,13 +159,14 @@ void VulkanExecutor::prepare(const Program& program) {
   context_->check_messages();
 }
 
-void VulkanExecutor::launch(const Program& program, std::span<DeviceBuffer* const> buffers, std::span<const std::int32_t> integers,
-                            std::size_t items) {
+void VulkanExecutor::launch(const Program& program, std::span<DeviceBuffer* const> buffers,
+                            std::span<const std::int32_t> integers, std::size_t items) {
   context_->check_messages();
   const KernelSpec& spec = spec_of(program.kernel);
   if (buffers.size() != spec.buffers.size() || integers.size() != spec.integers.size()) {
-    throw Error(ErrorCode::usage, fmt::format("vulkan: kernel {} takes {} buffers and {} integers, not {} and {}", spec.name,
-                                              spec.buffers.size(), spec.integers.size(), buffers.size(), integers.size()));
+    throw Error(ErrorCode::usage,
+                fmt::format("vulkan: kernel {} takes {} buffers and {} integers, not {} and {}", spec.name,
+                            spec.buffers.size(), spec.integers.size(), buffers.size(), integers.size()));
   }
   if (items == 0) return;
   // Work groups lie in rows, since one row is limited; kernels pass over items beyond their count.
@@ -182,13 +188,15 @@ void VulkanExecutor::launch(const Program& program, std::span<DeviceBuffer* cons
   const vk::raii::Pipeline& to_run = pipeline(program);
   guarded(fmt::format("launching kernel {}", spec.name), [&] {
     for (const DeviceBuffer* buffer : buffers) {
-      const std::shared_ptr<Allocation>& allocation = buffer ? static_cast<const VulkanBuffer*>(buffer)->allocation : nothing_;
+      const std::shared_ptr<Allocation>& allocation =
+          buffer ? static_cast<const VulkanBuffer*>(buffer)->allocation : nothing_;
       push(allocation->address);
       allocation->last_batch = stream_->batch();
       stream_->keep(allocation);
     }
     for (const std::int32_t integer : integers) push(integer);
-    stream_->dispatch({spec.name, *to_run, *layout_, {constants.data(), used}, std::uint32_t(row_length), std::uint32_t(rows)});
+    stream_->dispatch(
+        {spec.name, *to_run, *layout_, {constants.data(), used}, std::uint32_t(row_length), std::uint32_t(rows)});
   });
 }
 

@@ -38,7 +38,7 @@ class VulkanExecutor final : public Executor {
   std::map<Program, vk::raii::Pipeline> pipelines_;
   std::shared_ptr<CommandStream> stream_;
   std::unique_ptr<Memory> memory_;
-  std::shared_ptr<Allocation> nothing_;    // stands in for buffers that are null
+  std::shared_ptr<Allocation> nothing_;  // stands in for buffers that are null
 };
 
 }  // namespace smurf::vulkan

@@ -16,8 +16,9 @@ namespace {
 using Flag = vk::MemoryPropertyFlagBits;
 constexpr std::size_t kStagingBytes = std::size_t(16) << 20;
 constexpr vk::ExternalMemoryHandleTypeFlagBits kHostMemory = vk::ExternalMemoryHandleTypeFlagBits::eHostAllocationEXT;
-constexpr vk::BufferUsageFlags kUsage = vk::BufferUsageFlagBits::eStorageBuffer | vk::BufferUsageFlagBits::eTransferSrc |
-                                        vk::BufferUsageFlagBits::eTransferDst | vk::BufferUsageFlagBits::eShaderDeviceAddress;
+constexpr vk::BufferUsageFlags kUsage = vk::BufferUsageFlagBits::eStorageBuffer |
+                                        vk::BufferUsageFlagBits::eTransferSrc | vk::BufferUsageFlagBits::eTransferDst |
+                                        vk::BufferUsageFlagBits::eShaderDeviceAddress;
 
 double in_mebibytes(std::size_t bytes) { return double(bytes) / (1024.0 * 1024.0); }
 
@@ -52,8 +53,9 @@ std::uint32_t Memory::memory_type(std::uint32_t allowed, Use use) const {
   const vk::MemoryPropertyFlags visible = Flag::eHostVisible | Flag::eHostCoherent;
   if (use == Use::staging) return find_type(context_->memory(), allowed, {visible | Flag::eHostCached, visible});
   if (context_->is_unified()) {
-    return find_type(context_->memory(), allowed,
-                     {Flag::eDeviceLocal | visible | Flag::eHostCached, Flag::eDeviceLocal | visible, Flag::eDeviceLocal, {}});
+    return find_type(
+        context_->memory(), allowed,
+        {Flag::eDeviceLocal | visible | Flag::eHostCached, Flag::eDeviceLocal | visible, Flag::eDeviceLocal, {}});
   }
   // Plain device memory comes first in the list of types, before what can also be mapped.
   return find_type(context_->memory(), allowed, {Flag::eDeviceLocal, {}});
@@ -67,9 +69,11 @@ std::size_t Memory::available(std::uint32_t heap) const {
 
 void Memory::refuse(std::size_t bytes, std::uint32_t heap, std::string_view purpose) const {
   throw Error(ErrorCode::memory,
-              fmt::format("vulkan: {} does not fit {}: needs {:.1f} MiB, available {:.1f} MiB (of {:.1f} MiB; one buffer at most {:.1f} MiB)",
+              fmt::format("vulkan: {} does not fit {}: needs {:.1f} MiB, available {:.1f} MiB (of {:.1f} MiB; one "
+                          "buffer at most {:.1f} MiB)",
                           purpose, context_->info().name, in_mebibytes(bytes), in_mebibytes(available(heap)),
-                          in_mebibytes(context_->memory().memoryHeaps[heap].size), in_mebibytes(context_->info().largest_allocation)));
+                          in_mebibytes(context_->memory().memoryHeaps[heap].size),
+                          in_mebibytes(context_->info().largest_allocation)));
 }
 
 std::shared_ptr<Allocation> Memory::make(std::size_t bytes, Use use, std::string_view purpose) {
@@ -109,7 +113,9 @@ std::shared_ptr<Allocation> Memory::make(std::size_t bytes, Use use, std::string
   return made;
 }
 
-std::shared_ptr<Allocation> Memory::allocate(std::size_t bytes, std::string_view purpose) { return make(bytes, Use::device, purpose); }
+std::shared_ptr<Allocation> Memory::allocate(std::size_t bytes, std::string_view purpose) {
+  return make(bytes, Use::device, purpose);
+}
 
 std::shared_ptr<Allocation> Memory::import(const void* host, std::size_t bytes) {
   const std::size_t alignment = context_->import_alignment();
@@ -134,7 +140,8 @@ std::shared_ptr<Allocation> Memory::import(const void* host, std::size_t bytes) 
     if (needs.size > span || allowed == 0) return nullptr;
     const vk::ImportMemoryHostPointerInfoEXT import_info(kHostMemory, pages);
     const vk::MemoryAllocateFlagsInfo flags = addressable(&import_info);
-    made->memory = vk::raii::DeviceMemory(device, vk::MemoryAllocateInfo(span, memory_type(allowed, Use::device), &flags));
+    made->memory =
+        vk::raii::DeviceMemory(device, vk::MemoryAllocateInfo(span, memory_type(allowed, Use::device), &flags));
     made->buffer.bindMemory(*made->memory, 0);
     made->address = device.getBufferAddress({*made->buffer}) + (first - start);
     made->imported = true;

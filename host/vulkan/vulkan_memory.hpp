@@ -22,16 +22,16 @@ struct Allocation {
   Allocation& operator=(const Allocation&) = delete;
 
   std::shared_ptr<Context> context;
-  std::size_t bytes;                  // of the buffer as its owner sees it
+  std::size_t bytes;  // of the buffer as its owner sees it
   vk::raii::DeviceMemory memory = nullptr;
   vk::raii::Buffer buffer = nullptr;  // goes before its memory
   vk::DeviceAddress address = 0;
-  std::byte* mapped = nullptr;        // null unless it can be written directly
-  bool cached = false;                // reading through `mapped` is fast
-  bool imported = false;              // stands on the caller's memory
+  std::byte* mapped = nullptr;  // null unless it can be written directly
+  bool cached = false;          // reading through `mapped` is fast
+  bool imported = false;        // stands on the caller's memory
   std::uint32_t heap = 0;
-  std::size_t heap_bytes = 0;         // what it takes from its heap
-  std::uint64_t last_batch = 0;       // of the commands that use it
+  std::size_t heap_bytes = 0;    // what it takes from its heap
+  std::uint64_t last_batch = 0;  // of the commands that use it
 };
 
 enum class Transfers { automatic, staged };  // staged: as if no memory could be mapped, for tests

@@ -4,6 +4,7 @@
 
 #include <cstdlib>
 #include <iostream>
+#include <optional>
 
 #include "smurf/error.hpp"
 
@@ -25,11 +26,18 @@ std::vector<TestDevice> open_all() {
   return devices;
 }
 
+// Devices are closed after the last test rather than when the process ends: the Vulkan layers' own globals are gone then.
+std::optional<std::vector<TestDevice>> opened;
+class CloseDevices : public testing::Environment {
+  void TearDown() override { opened.reset(); }
+};
+[[maybe_unused]] const testing::Environment* const close_devices = testing::AddGlobalTestEnvironment(new CloseDevices);
+
 }  // namespace
 
 std::vector<TestDevice>& test_devices() {
-  static std::vector<TestDevice> devices = open_all();
-  return devices;
+  if (!opened) opened = open_all();
+  return *opened;
 }
 
 TestDevice* test_device(const std::string& executor) {

@@ -37,8 +37,13 @@ void run(const GridCase& grid_case, std::span<TestDevice> devices);
 
 // The parts of it, for cases that need only some.
 std::vector<RayFamily> families_of(const GridCase& grid_case);
-Verdict expect_hits(const GridCase& grid_case, const std::shared_ptr<const GridField>& field, const RayFamily& family,
-                    const Truth& truth, TestDevice& device, const Interrogator& query);
+// `known` is a list that was judged before, on another device: hits that equal it need no second judgement.
+struct Judged {
+  HitList hits;
+  Verdict verdict;
+};
+Judged expect_hits(const GridCase& grid_case, const std::shared_ptr<const GridField>& field, const RayFamily& family,
+                   const Truth& truth, TestDevice& device, const Interrogator& query, const Judged* known = nullptr);
 // The properties of hits by the field's jet; nothing where the field or its derivatives are undefined.
 using JetAt = std::function<std::optional<Jet>(const glm::dvec3&)>;
 void expect_properties(const GridCase& grid_case, const JetAt& jet_at, const HitList& hits, const std::string& where);
