@@ -39,7 +39,7 @@
 #define to_signed(w) JOIN(as_int, LANES)(w)
 #define as_real(w) JOIN(as_float, LANES)(w)
 #define as_word(r) JOIN(as_uint, LANES)(r)
-#if HAS_BUILTIN(__builtin_reduce_or)
+#if HAS_BUILTIN(__builtin_reduce_or) && !defined(__SPIR__) && !defined(__SPIRV__)  // the translator to SPIR-V does not know it
 #define any_lane(m) (__builtin_reduce_or(m) != 0)
 #else
 #define any_lane(m) any(m)
@@ -115,10 +115,79 @@ FN word load_word(Buffer b, integer i) { return GATHER(b, i); }
 FN integer load_integer(Buffer b, integer i) { return to_signed(load_word(b, i)); }
 FN real load_real(Buffer b, integer i) { return as_real(load_word(b, i)); }
 
+// Four consecutive reals on each lane, from `start` on. Whole rows and a transposition cost a quarter of four gathers.
+STRUCT(Row) { real at[4]; };
+#if LANES == 1
+FN Row load_row(Buffer b, integer start) {
+  float4 v = vload4(0, (__global float*)b + start);
+  Row row;
+  row.at[0] = v.s0;
+  row.at[1] = v.s1;
+  row.at[2] = v.s2;
+  row.at[3] = v.s3;
+  return row;
+}
+#elif HAS_BUILTIN(__builtin_shufflevector)
+#define ROW_AT(lane) vload4(0, (__global float*)b + start.lane)
+#if LANES == 4
+#define ROW_LOW 0, 4, 1, 5
+#define ROW_HIGH 2, 6, 3, 7
+#define ROW_FRONT 0, 1, 4, 5
+#define ROW_BACK 2, 3, 6, 7
+#define ROW_ALL() \
+  real r0 = ROW_AT(s0), r1 = ROW_AT(s1), r2 = ROW_AT(s2), r3 = ROW_AT(s3)
+#elif LANES == 8
+#define ROW_LOW 0, 8, 1, 9, 4, 12, 5, 13
+#define ROW_HIGH 2, 10, 3, 11, 6, 14, 7, 15
+#define ROW_FRONT 0, 1, 8, 9, 4, 5, 12, 13
+#define ROW_BACK 2, 3, 10, 11, 6, 7, 14, 15
+#define ROW_ALL()                                                                                            \
+  real r0 = (real)(ROW_AT(s0), ROW_AT(s4)), r1 = (real)(ROW_AT(s1), ROW_AT(s5)), r2 = (real)(ROW_AT(s2), ROW_AT(s6)), \
+       r3 = (real)(ROW_AT(s3), ROW_AT(s7))
+#elif LANES == 16
+#define ROW_LOW 0, 16, 1, 17, 4, 20, 5, 21, 8, 24, 9, 25, 12, 28, 13, 29
+#define ROW_HIGH 2, 18, 3, 19, 6, 22, 7, 23, 10, 26, 11, 27, 14, 30, 15, 31
+#define ROW_FRONT 0, 1, 16, 17, 4, 5, 20, 21, 8, 9, 24, 25, 12, 13, 28, 29
+#define ROW_BACK 2, 3, 18, 19, 6, 7, 22, 23, 10, 11, 26, 27, 14, 15, 30, 31
+#define ROW_ALL()                                                                  \
+  real r0 = (real)(ROW_AT(s0), ROW_AT(s4), ROW_AT(s8), ROW_AT(sc)),                \
+       r1 = (real)(ROW_AT(s1), ROW_AT(s5), ROW_AT(s9), ROW_AT(sd)),                \
+       r2 = (real)(ROW_AT(s2), ROW_AT(s6), ROW_AT(sa), ROW_AT(se)),                \
+       r3 = (real)(ROW_AT(s3), ROW_AT(s7), ROW_AT(sb), ROW_AT(sf))
+#endif
+FN Row load_row(Buffer b, integer start) {
+  // Lane 4n+m stands in group n of r<m>; each group is transposed by itself.
+  ROW_ALL();
+  real low_01 = __builtin_shufflevector(r0, r1, ROW_LOW);
+  real high_01 = __builtin_shufflevector(r0, r1, ROW_HIGH);
+  real low_23 = __builtin_shufflevector(r2, r3, ROW_LOW);
+  real high_23 = __builtin_shufflevector(r2, r3, ROW_HIGH);
+  Row row;
+  row.at[0] = __builtin_shufflevector(low_01, low_23, ROW_FRONT);
+  row.at[1] = __builtin_shufflevector(low_01, low_23, ROW_BACK);
+  row.at[2] = __builtin_shufflevector(high_01, high_23, ROW_FRONT);
+  row.at[3] = __builtin_shufflevector(high_01, high_23, ROW_BACK);
+  return row;
+}
+#else
+FN Row load_row(Buffer b, integer start) {
+  Row row;
+  row.at[0] = load_real(b, start);
+  row.at[1] = load_real(b, start + 1);
+  row.at[2] = load_real(b, start + 2);
+  row.at[3] = load_real(b, start + 3);
+  return row;
+}
+#endif
+
 // Stores the lanes in m.
 #if LANES == 1
 FN void store_word(Buffer b, integer i, word v, mask m) {
   if (m) b[i] = v;
+}
+#elif LANES == 16 && defined(__AVX512DQ__) && HAS_BUILTIN(__builtin_ia32_scattersiv16si) && HAS_BUILTIN(__builtin_ia32_cvtd2mask512)
+FN void store_word(Buffer b, integer i, word v, mask m) {
+  __builtin_ia32_scattersiv16si((void*)(ulong)b, __builtin_ia32_cvtd2mask512(m), i, as_int16(v), 4);
 }
 #else
 FN void store_word(Buffer b, integer i, word v, mask m) {

@@ -67,6 +67,17 @@ word load_word(Buffer b, integer i) { return b.words[i]; }
 integer load_integer(Buffer b, integer i) { return int(b.words[i]); }
 real load_real(Buffer b, integer i) { return uintBitsToFloat(b.words[i]); }
 
+// Four consecutive reals, from `start` on.
+STRUCT(Row) { real at[4]; };
+Row load_row(Buffer b, integer start) {
+  Row row;
+  row.at[0] = load_real(b, start);
+  row.at[1] = load_real(b, start + 1);
+  row.at[2] = load_real(b, start + 2);
+  row.at[3] = load_real(b, start + 3);
+  return row;
+}
+
 // Stores the lanes in m.
 void store_word(Buffer b, integer i, word v, mask m) {
   if (m) b.words[i] = v;

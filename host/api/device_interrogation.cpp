@@ -41,7 +41,8 @@ class DeviceInterrogation final : public Interrogation {
     const bool first_only = options.hits == Hits::first;
     int capacity = first_only ? 1 : capacity_of_all;
     upload_shared(rays);
-    hits.offsets_.resize(rays.size() + 1, 0);
+    hits.offsets_.resize(rays.size() + 1);
+    hits.offsets_[0] = 0;
     hits.ray_status_.resize(rays.size());
     std::size_t first = 0;
     while (first < rays.size()) {
@@ -68,6 +69,7 @@ class DeviceInterrogation final : public Interrogation {
   void measure(std::span<const glm::vec3> points, std::span<const glm::vec3> directions, std::uint32_t wanted, const ProbeOptions& options,
                PointProperties& out) override {
     out.status.clear();
+    reserve(out, wanted, points.size());
     const std::size_t tile = options.tile != 0 ? options.tile : points_in_tile;
     for (std::size_t first = 0; first < points.size(); first += tile) {
       const std::size_t count = std::min(tile, points.size() - first);
@@ -212,9 +214,12 @@ class DeviceInterrogation final : public Interrogation {
 
   // Appends the tile's rows to the hit list.
   void collect(const Tile& tile, std::size_t rows, HitList& hits) {
+    // The rest of the rays may have as many hits each.
+    const double expected = 1.05 * double(hits.rays_.size() + rows) / double(tile.first + tile.count) * double(hits.ray_status_.size());
     const auto append = [&](const auto& buffer, auto& values) {
       using T = typename std::decay_t<decltype(values)>::value_type;
       const std::size_t before = values.size();
+      if (values.capacity() < before + rows) values.reserve(std::max({before + rows, std::size_t(expected), before + before / 2}));
       values.resize(before + rows);
       buffer.read(std::span<T>(values).subspan(before));
     };
@@ -238,6 +243,20 @@ class DeviceInterrogation final : public Interrogation {
     }
   }
 
+  static void reserve(PointProperties& out, std::uint32_t wanted, std::size_t count) {
+    const auto room = [&](Property property, auto&... columns) {
+      if (contains(wanted, property)) (columns.reserve(count), ...);
+    };
+    room(Property::value, out.value);
+    room(Property::normal, out.normal);
+    room(Property::gauss, out.gauss);
+    room(Property::mean, out.mean);
+    room(Property::principal, out.k1, out.k2);
+    room(Property::directions, out.d1, out.d2);
+    room(Property::normal_curvature, out.normal_curvature);
+    out.status.reserve(count);
+  }
+
   // Measures `count` points that stand on the device and appends the columns.
   void measure_buffer(DeviceBuffer* points, DeviceBuffer* directions, std::size_t count, std::uint32_t wanted, PointProperties& out) {
     if (count == 0) return;
@@ -253,6 +272,7 @@ class DeviceInterrogation final : public Interrogation {
     const auto append = [&](auto& values) {
       using T = typename std::decay_t<decltype(values)>::value_type;
       const std::size_t before = values.size();
+      if (values.capacity() < before + count) values.reserve(std::max(before + before / 2, before + count));
       values.resize(before + count);
       executor_.read(*columns_.get(), column * sizeof(float), values.data() + before, count * sizeof(T));
       column += count * sizeof(T) / sizeof(float);

@@ -89,7 +89,7 @@ std::span<const glm::vec3> HitList::first_principal_directions() const { return 
 std::span<const glm::vec3> HitList::second_principal_directions() const { return properties(std::uint32_t(Property::directions)).d2; }
 std::span<const std::uint32_t> HitList::point_status() const { return properties(std::uint32_t(Property::gauss)).status; }
 
-std::vector<float> HitList::normal_curvatures(std::span<const glm::vec3> directions) const {
+Values<float> HitList::normal_curvatures(std::span<const glm::vec3> directions) const {
   if (directions.size() != size()) {
     throw Error(ErrorCode::usage, fmt::format("normal curvature needs one direction per hit: {} hits, {} directions", size(), directions.size()));
   }

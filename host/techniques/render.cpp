@@ -79,7 +79,7 @@ Plan plan_of(std::span<const Shade> shades) {
 // What the hits of the batch look like to the shader; spans of the columns that the plan asked for.
 struct Columns {
   std::span<const glm::vec3> normals;
-  std::vector<float> numbers;  // of the quantity that is mapped to colours
+  Values<float> numbers;  // of the quantity that is mapped to colours
 };
 
 Columns columns_of(const HitList& hits, const Plan& plan) {
@@ -168,7 +168,7 @@ class Shader {
         lights_(lights_of(options.camera)),
         map_(plan.colour == Shade::depth ? ColourScale::sequential : ColourScale::diverging),
         scale_(options.range         ? *options.range
-               : plan.maps_numbers() ? range_of(columns.numbers, *plan.colour)
+               : plan.maps_numbers() ? range_of({columns.numbers.begin(), columns.numbers.end()}, *plan.colour)
                                      : ValueRange{0, 1}) {}
 
   const ColourMap& map() const { return map_; }

@@ -179,8 +179,9 @@ TEST(GridInterrogation, PropertiesAlongWithHitsAreThoseOnDemand) {
 
 TEST(GridInterrogation, ProbesOutsideAreUndefined) {
   const Volume volume = sphere_volume();
-  const std::vector<glm::vec3> points{{-1, 3, 3},   {3, 3, 3},   {3, 3, 15.5f},   {0, 0, 0},
-                                      {15, 15, 15}, {NAN, 1, 1}, {INFINITY, 1, 1}};
+  // Points of the border count as inside; at its corners the mirrored field would have no gradient.
+  const std::vector<glm::vec3> points{{-1, 3, 3},       {3, 3, 3},   {3, 3, 15.5f},   {0, 2.5f, 4.5f},
+                                      {15, 9.5f, 3.5f}, {NAN, 1, 1}, {INFINITY, 1, 1}};
   const bool outside[] = {true, false, true, false, false, true, true};
   for (TestDevice& device : one_of_each()) {
     const Interrogator query(device.device, isosurface(volume, 0));

@@ -88,7 +88,7 @@ class Sweep {
   const DeviceInfo& info() const { return device_.info(); }
 
  private:
-  static std::span<const float> flat(const std::vector<glm::vec3>& v) {
+  static std::span<const float> flat(std::span<const glm::vec3> v) {
     return {v.empty() ? nullptr : &v[0].x, 3 * v.size()};
   }
   void expect(bool condition, const char* what) {

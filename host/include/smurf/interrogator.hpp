@@ -18,6 +18,7 @@
 #include "smurf/device.hpp"
 #include "smurf/rays.hpp"
 #include "smurf/surface.hpp"
+#include "smurf/values.hpp"
 
 namespace smurf {
 
@@ -62,9 +63,9 @@ struct CastOptions {
 
 // What was measured at a list of points. Columns that were not asked for are empty.
 struct PointProperties {
-  std::vector<float> value, gauss, mean, k1, k2, normal_curvature;
-  std::vector<glm::vec3> normal, d1, d2;
-  std::vector<std::uint32_t> status;  // PointStatus bits
+  Values<float> value, gauss, mean, k1, k2, normal_curvature;
+  Values<glm::vec3> normal, d1, d2;
+  Values<std::uint32_t> status;       // PointStatus bits
   std::uint32_t measured = 0;         // Property bits
 };
 
@@ -91,7 +92,7 @@ class HitList {
   std::span<const glm::vec2> principal_curvatures() const;               // k1 >= k2
   std::span<const glm::vec3> first_principal_directions() const;
   std::span<const glm::vec3> second_principal_directions() const;
-  std::vector<float> normal_curvatures(std::span<const glm::vec3> directions) const;  // one direction per hit
+  Values<float> normal_curvatures(std::span<const glm::vec3> directions) const;  // one direction per hit
   std::span<const std::uint32_t> point_status() const;                   // PointStatus bits
   const PointProperties& properties(std::uint32_t wanted) const;         // several at once
 
@@ -100,14 +101,14 @@ class HitList {
   friend class DeviceInterrogation;
   friend class ReferenceInterrogation;
   std::shared_ptr<Interrogation> interrogation_;
-  std::vector<std::uint64_t> offsets_;
-  std::vector<std::uint32_t> rays_;
-  std::vector<float> t_, uncertainty_;
-  std::vector<HitStatus> status_;
-  std::vector<RayStatus> ray_status_;
-  std::vector<glm::vec3> locations_;
+  Values<std::uint64_t> offsets_;
+  Values<std::uint32_t> rays_;
+  Values<float> t_, uncertainty_;
+  Values<HitStatus> status_;
+  Values<RayStatus> ray_status_;
+  Values<glm::vec3> locations_;
   mutable PointProperties properties_;
-  mutable std::vector<glm::vec2> principal_;
+  mutable Values<glm::vec2> principal_;
 };
 
 struct ProbeOptions {

@@ -1,0 +1,42 @@
+// Vectors of results. Memory is not cleared before a device writes to it, and large blocks ask for large pages:
+// clearing and page faults would cost as much as a fast query itself.
+#pragma once
+
+#include <cstddef>
+#include <cstdlib>
+#include <new>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace smurf {
+
+void* allocate_results(std::size_t bytes);  // throws std::bad_alloc
+void free_results(void* memory) noexcept;
+
+template <class T>
+struct ResultAllocator {
+  static_assert(std::is_trivially_copyable_v<T>);
+  using value_type = T;
+  ResultAllocator() = default;
+  template <class U>
+  ResultAllocator(const ResultAllocator<U>&) {}
+  T* allocate(std::size_t count) { return static_cast<T*>(allocate_results(count * sizeof(T))); }
+  void deallocate(T* memory, std::size_t) noexcept { free_results(memory); }
+  // Elements without an initial value stay as they are.
+  template <class U>
+  void construct(U* at) noexcept(std::is_nothrow_default_constructible_v<U>) {
+    ::new (static_cast<void*>(at)) U;
+  }
+  template <class U, class... Arguments>
+  void construct(U* at, Arguments&&... arguments) {
+    ::new (static_cast<void*>(at)) U(std::forward<Arguments>(arguments)...);
+  }
+  template <class U>
+  bool operator==(const ResultAllocator<U>&) const { return true; }
+};
+
+template <class T>
+using Values = std::vector<T, ResultAllocator<T>>;
+
+}  // namespace smurf
