@@ -8,7 +8,8 @@
 #define JOIN_(a, b) a##b
 #define JOIN(a, b) JOIN_(a, b)
 
-#if defined(__has_builtin)
+// Clang's builtins, but not on the way through SPIR-V, which has no word for some of them.
+#if defined(__has_builtin) && !defined(__SPIR__) && !defined(__SPIRV__)
 #define HAS_BUILTIN(name) __has_builtin(name)
 #else
 #define HAS_BUILTIN(name) 0

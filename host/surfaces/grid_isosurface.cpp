@@ -1,7 +1,7 @@
 // Isosurfaces of sampled volumes on a device: samples or B-spline coefficients, bounds per block of 4³
 // cells, a bit per cell that can hold a root, and for every block its distance to the nearest such cell.
 //
-// Device memory for n³ samples of b bytes: b·n³ (4·n³ for tricubic) + n³/64 · (8 bounds + 8 cells + 1 distance).
+// Device memory for n³ samples of b bytes: b·n³ (4·n³ for tricubic, and as much again while the prefilter runs) + n³/64 · (8 bounds + 8 cells + 1 distance).
 #include "surfaces/grid_isosurface.hpp"
 
 #include <fmt/format.h>
@@ -35,15 +35,15 @@ bool native_on_device(SampleType type) {
   }
 }
 
-// Writes the volume as floats, slab by slab; samples that are not finite become `fill` if there is one.
-void write_as_floats(const Volume& volume, Executor& executor, DeviceBuffer& buffer, std::optional<float> fill) {
+// Writes the volume as floats less `offset`, slab by slab; samples that are not finite become `fill` if there is one.
+void write_as_floats(const Volume& volume, Executor& executor, DeviceBuffer& buffer, float offset, std::optional<float> fill) {
   const std::size_t slab = std::size_t(1) << 20;
   std::vector<float> values(std::min(slab, volume.count()));
   for (std::size_t first = 0; first < volume.count(); first += slab) {
     const std::size_t count = std::min(slab, volume.count() - first);
     for (std::size_t i = 0; i < count; i++) {
       const float value = static_cast<float>(volume.at(first + i));
-      values[i] = fill && !std::isfinite(value) ? *fill : value;
+      values[i] = (fill && !std::isfinite(value) ? *fill : value) - offset;
     }
     executor.write(buffer, first * sizeof(float), values.data(), count * sizeof(float));
   }
@@ -187,19 +187,31 @@ class ResidentGridIsosurface final : public ResidentSurface {
         samples_ = executor_.share(volume_.samples(), volume_.bytes(), "volume samples");
       } else {
         samples_ = executor_.allocate(volume_.count() * sizeof(float), "volume samples as float");
-        write_as_floats(volume_, executor_, *samples_, std::nullopt);
+        write_as_floats(volume_, executor_, *samples_, 0.0f, std::nullopt);
       }
       return;
     }
     samples_ = executor_.allocate(volume_.count() * sizeof(float), "B-spline coefficients");
-    write_as_floats(volume_, executor_, *samples_, 0.0f);
+    // A filter of samples far from 0 would round to their size, not to their differences.
+    offset_ = float(0.5 * (volume_.minimum() + volume_.maximum()));
+    executor_.write(*parameters_.get(), GRID_OFFSET * 4, &offset_, sizeof offset_);
+    write_as_floats(volume_, executor_, *samples_, offset_, 0.0f);
+    const auto low_parts = executor_.allocate(samples_->bytes(), "low parts of B-spline coefficients");
+    clear(*low_parts);
     const Program program{KernelId::bspline_prefilter, {}, {}};
     for (int axis = 0; axis < 3; axis++) {
       launch(executor_, program,
-             arguments::bspline_prefilter{.coefficients = samples_.get(), .size_x = size.x, .size_y = size.y, .size_z = size.z, .axis = axis},
+             arguments::bspline_prefilter{.coefficients = samples_.get(), .low_parts = low_parts.get(), .size_x = size.x, .size_y = size.y, .size_z = size.z, .axis = axis},
              volume_.count() / std::size_t(size[axis]));
     }
     if (volume_.non_finite() > 0) restore_non_finite(volume_, executor_, *samples_);
+  }
+
+  void clear(DeviceBuffer& buffer) {
+    const std::vector<float> zeros(std::min<std::size_t>(buffer.bytes() / sizeof(float), std::size_t(1) << 20), 0.0f);
+    for (std::size_t first = 0; first < buffer.bytes(); first += zeros.size() * sizeof(float)) {
+      executor_.write(buffer, first, zeros.data(), std::min(zeros.size() * sizeof(float), buffer.bytes() - first));
+    }
   }
 
   void bound_blocks() {
@@ -212,7 +224,7 @@ class ResidentGridIsosurface final : public ResidentSurface {
   }
 
   void activate(double isovalue) {
-    const float value = float(isovalue);
+    const float value = float(isovalue - double(offset_));
     executor_.write(*parameters_.get(), GRID_ISOVALUE * 4, &value, sizeof value);
     std::vector<glm::uvec2> cells(block_count(), glm::uvec2(0));
     if (has_cells() && std::isfinite(value)) {
@@ -245,6 +257,7 @@ class ResidentGridIsosurface final : public ResidentSurface {
   const Volume volume_;
   const Reconstruction reconstruction_;
   glm::ivec3 blocks_{1};
+  float offset_ = 0;  // taken off the samples on the device
   std::map<std::string, std::string> modules_, defines_;
   std::unique_ptr<DeviceBuffer> samples_;
   TypedBuffer<std::uint32_t> parameters_;

@@ -153,6 +153,21 @@ TEST(GridSamples, OneSampleThick) {
   }
 }
 
+TEST(GridSamples, RaysWithinADomainOfNoThickness) {
+  // The plane z = 0 with layers along x: rays in it meet what the reference meets, others cross at one point at most.
+  const Volume volume = sample(*layers_field({1.1, 0.4, 0}), {.size = {9, 8, 1}});
+  RayBatch rays(8);
+  for (std::size_t i = 0; i < 8; i++) rays.set(i, {{-1, float(i) * 0.9f + 0.3f, 0}, {1, 0.05f, 0}});
+  for (Reconstruction reconstruction : all_reconstructions) {
+    const Surface surface = isosurface(volume, 0.25, {reconstruction});
+    const HitList expected = Interrogator(reference_device(), surface).cast(rays, {.hits = Hits::all});
+    EXPECT_GT(expected.size(), 8u);
+    for (TestDevice& device : devices())
+      EXPECT_EQ(Interrogator(device.device, surface).cast(rays, {.hits = Hits::all}).size(), expected.size())
+          << device.label << ", " << name_of(reconstruction);
+  }
+}
+
 TEST(GridSamples, TinyAndHugeScales) {
   for (double scale : {1e-6, 1e6}) {
     const glm::ivec3 size(16, 15, 14);

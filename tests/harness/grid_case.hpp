@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -29,11 +30,15 @@ struct GridCase {
   unsigned seed = 1;
 };
 
-// Checks, on every device: hits of all rays against the truth (compare.hpp); that few random rays are flagged; first
-// hits; properties against the reference's; and that devices, runs and tiles agree to the bit or within tolerance.
-void run(const GridCase& grid_case);
+struct Totals {
+  Verdict random, hostile;
+};
+
+// Checks, on every device: hits of all rays against the truth (compare.hpp); first hits; properties against the
+// reference's; and that runs, tiles and numbers of lanes agree to the bit. Returns what was counted, by the device's label.
+std::map<std::string, Totals> run(const GridCase& grid_case);
 // The same on some devices only.
-void run(const GridCase& grid_case, std::span<TestDevice> devices);
+std::map<std::string, Totals> run(const GridCase& grid_case, std::span<TestDevice> devices);
 
 // The parts of it, for cases that need only some.
 std::vector<RayFamily> families_of(const GridCase& grid_case);

@@ -47,9 +47,10 @@ inline constexpr std::array tolerance_table{
               "the promised 1e-3 of curvature turns the directions by 1e-3·k / (k1 - k2); four times that for both "
               "principal curvatures erring apart"},
     Tolerance{Quantity::value, "isosurface", Precision::float32, 32, "as conditioning"},
-    Tolerance{Quantity::tiny_gradient, "isosurface", Precision::float32, 1e-3,
-              "the gradient is tiny where 32 units of rounding in second differences of the samples, divided by it, exceed "
-              "the promised 1e-3 of curvature"},
+    Tolerance{
+        Quantity::tiny_gradient, "isosurface", Precision::float32, 1e-3,
+        "the gradient is tiny where 32 units of rounding in second differences of the samples, divided by it, exceed "
+        "the promised 1e-3 of curvature"},
     Tolerance{Quantity::flagged_rays, "isosurface", Precision::float32, 1e-4, "the promise of the library"},
 };
 
