@@ -389,7 +389,7 @@ TEST(ReferenceInterrogation, MeasuresTheSphere) {
   const std::vector<glm::vec3> outside{glm::vec3(5), glm::vec3(not_a_number)};
   PointProperties nothing;
   reference->measure(outside, {}, std::uint32_t(Property::normal), {}, nothing);
-  EXPECT_EQ(nothing.status, (std::vector<std::uint32_t>{PointStatus::undefined, PointStatus::undefined}));
+  EXPECT_EQ(nothing.status, (Values<std::uint32_t>{PointStatus::undefined, PointStatus::undefined}));
   EXPECT_TRUE(std::isnan(nothing.normal[0].x));
   EXPECT_TRUE(nothing.value.empty());
   EXPECT_THROW(reference->measure(outside, {}, std::uint32_t(Property::normal_curvature), {}, nothing), Error);

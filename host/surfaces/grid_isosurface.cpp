@@ -110,10 +110,30 @@ void spread_distances(std::vector<std::uint8_t>& distance, glm::ivec3 blocks) {
   sweep(-1);
 }
 
+// A volume of one sample along an axis has no cells. On the device it gets a second, equal layer there, while its domain
+// stays flat: rays within it are answered as on any other.
+Volume thickened(const Volume& volume) {
+  const glm::ivec3 size = volume.size(), thick = glm::max(size, glm::ivec3(2));
+  if (thick == size) return volume;
+  const std::size_t bytes = size_of(volume.type());
+  const auto copy = std::make_shared<std::vector<std::byte>>(std::size_t(thick.x) * std::size_t(thick.y) * std::size_t(thick.z) * bytes);
+  const auto* from = static_cast<const std::byte*>(volume.samples());
+  std::byte* to = copy->data();
+  for (int z = 0; z < thick.z; z++) {
+    for (int y = 0; y < thick.y; y++) {
+      for (int x = 0; x < thick.x; x++, to += bytes) {
+        const glm::ivec3 at = glm::min(glm::ivec3(x, y, z), size - 1);
+        std::memcpy(to, from + ((std::size_t(at.z) * std::size_t(size.y) + std::size_t(at.y)) * std::size_t(size.x) + std::size_t(at.x)) * bytes, bytes);
+      }
+    }
+  }
+  return Volume(std::shared_ptr<const void>(copy, copy->data()), volume.type(), thick, volume.placement());
+}
+
 class ResidentGridIsosurface final : public ResidentSurface {
  public:
   ResidentGridIsosurface(const GridIsosurface& surface, Executor& executor)
-      : executor_(executor), volume_(surface.volume), reconstruction_(surface.reconstruction) {
+      : executor_(executor), original_(surface.volume), volume_(thickened(original_)), reconstruction_(surface.reconstruction) {
     const glm::ivec3 size = volume_.size();
     blocks_ = glm::max((size - 1 + block_cells - 1) / block_cells, glm::ivec3(1));
     // Shifts in place of products when kernels look for a block.
@@ -136,16 +156,16 @@ class ResidentGridIsosurface final : public ResidentSurface {
 
   bool update(const SurfaceModel& model) override {
     const auto* other = dynamic_cast<const GridIsosurface*>(&model);
-    if (!other || other->volume.samples() != volume_.samples() || other->reconstruction != reconstruction_) return false;
-    if (other->volume.size() != volume_.size() || other->volume.type() != volume_.type()) return false;
-    if (other->volume.placement().axes != volume_.placement().axes || other->volume.placement().origin != volume_.placement().origin) return false;
+    if (!other || other->reconstruction != reconstruction_) return false;
+    const Volume& volume = other->volume;
+    if (volume.samples() != original_.samples() || volume.size() != original_.size() || volume.type() != original_.type()) return false;
+    if (volume.placement().axes != original_.placement().axes || volume.placement().origin != original_.placement().origin) return false;
     activate(other->isovalue);
     return true;
   }
 
  private:
   std::size_t block_count() const { return std::size_t(blocks_.x) * std::size_t(blocks_.y) * std::size_t(blocks_.z); }
-  bool has_cells() const { return glm::all(glm::greaterThan(volume_.size(), glm::ivec3(1))); }
 
   void choose_modules() {
     const bool cubic = reconstruction_ != Reconstruction::trilinear;
@@ -171,6 +191,7 @@ class ResidentGridIsosurface final : public ResidentSurface {
     const glm::dmat3 world_to_index = glm::inverse(volume_.placement().axes);
     for (int i = 0; i < 3; i++) {
       put_integer(GRID_SIZE + i, volume_.size()[i]);
+      put_real(GRID_EXTENT + i, float(original_.size()[i] - 1));
       put_double(GRID_ORIGIN_HIGH + i, GRID_ORIGIN_LOW + i, volume_.placement().origin[i]);
       for (int j = 0; j < 3; j++) {
         put_double(GRID_MATRIX_HIGH + 3 * i + j, GRID_MATRIX_LOW + 3 * i + j, world_to_index[j][i]);
@@ -227,7 +248,7 @@ class ResidentGridIsosurface final : public ResidentSurface {
     const float value = float(isovalue - double(offset_));
     executor_.write(*parameters_.get(), GRID_ISOVALUE * 4, &value, sizeof value);
     std::vector<glm::uvec2> cells(block_count(), glm::uvec2(0));
-    if (has_cells() && std::isfinite(value)) {
+    if (std::isfinite(value)) {
       launch(executor_, Program{KernelId::grid_activate, modules_, defines_},
              arguments::grid_activate{.parameters = parameters_.get(), .surface_a = samples_.get(), .bounds = bounds_.get(), .cells = cells_.get(), .count = int(block_count())},
              block_count());
@@ -250,11 +271,15 @@ class ResidentGridIsosurface final : public ResidentSurface {
     const bool empty = box.low.x > box.high.x;
     const std::array<float, 6> reals = empty ? std::array<float, 6>{0, 0, 0, 1, 1, 1}
                                              : std::array<float, 6>{float(box.low.x), float(box.low.y), float(box.low.z), float(box.high.x), float(box.high.y), float(box.high.z)};
-    executor_.write(*parameters_.get(), GRID_LOWER * 4, reals.data(), sizeof reals);
+    // The box that rays are clipped to ends with the domain.
+    std::array<float, 6> clipped = reals;
+    for (std::size_t i = 0; i < 3; i++) clipped[3 + i] = std::min(reals[3 + i], float(original_.size()[int(i)] - 1));
+    executor_.write(*parameters_.get(), GRID_LOWER * 4, clipped.data(), sizeof clipped);
   }
 
   Executor& executor_;
-  const Volume volume_;
+  const Volume original_;
+  const Volume volume_;  // with at least two samples along each axis
   const Reconstruction reconstruction_;
   glm::ivec3 blocks_{1};
   float offset_ = 0;  // taken off the samples on the device
