@@ -48,8 +48,8 @@ class Executor {
   // Runs the kernel over `items` items (rays, points, blocks). Buffers and integers stand in the order of
   // kernels.def; use the Arguments structs below rather than calling this directly. A null buffer is
   // bound as a valid dummy.
-  virtual void launch(const Program& program, std::span<DeviceBuffer* const> buffers, std::span<const std::int32_t> integers,
-                      std::size_t items) = 0;
+  virtual void launch(const Program& program, std::span<DeviceBuffer* const> buffers,
+                      std::span<const std::int32_t> integers, std::size_t items) = 0;
   virtual void finish() = 0;
 
   virtual std::vector<KernelTime> kernel_times() const = 0;
@@ -78,12 +78,12 @@ namespace arguments {
 #undef INTEGER
 }  // namespace arguments
 
-#define KERNEL(name, shape, group, bindings)                                                                      \
-  inline void launch(Executor& executor, const Program& program, const arguments::name& a, std::size_t items) {   \
-    (void)a;                                                                                                      \
-    std::vector<DeviceBuffer*> buffers;                                                                           \
-    std::vector<std::int32_t> integers;                                                                           \
-    bindings executor.launch(program, buffers, integers, items);                                                  \
+#define KERNEL(name, shape, group, bindings)                                                                    \
+  inline void launch(Executor& executor, const Program& program, const arguments::name& a, std::size_t items) { \
+    (void)a;                                                                                                    \
+    std::vector<DeviceBuffer*> buffers;                                                                         \
+    std::vector<std::int32_t> integers;                                                                         \
+    bindings executor.launch(program, buffers, integers, items);                                                \
   }
 #define BUFFER(name) buffers.push_back(a.name);
 #define INTEGER(name) integers.push_back(a.name);

@@ -20,6 +20,7 @@ class Interrogation {
   virtual std::size_t device_bytes() const = 0;
 };
 
-std::unique_ptr<Interrogation> interrogate_on_device(const Device& device, const std::shared_ptr<const SurfaceModel>& model);
+std::unique_ptr<Interrogation> interrogate_on_device(const Device& device,
+                                                     const std::shared_ptr<const SurfaceModel>& model);
 
 }  // namespace smurf

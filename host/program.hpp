@@ -62,6 +62,7 @@ std::optional<std::vector<std::byte>> load_cached(const std::string& key);
 void store_cached(const std::string& key, const void* data, std::size_t bytes);
 
 // Writes an assembled program to $SMURF_DUMP/<kernel>-<key>.<extension> when SMURF_DUMP is set.
-void dump_program(const Program& program, const std::string& source, const std::string& key, std::string_view extension);
+void dump_program(const Program& program, const std::string& source, const std::string& key,
+                  std::string_view extension);
 
 }  // namespace smurf

@@ -22,7 +22,7 @@ constexpr std::size_t points_in_tile = 262144;
 constexpr std::size_t slots_in_tile = 1 << 20;  // capacity × rays, at 12 bytes
 constexpr int capacity_of_all = 8;              // hits per ray to begin with
 constexpr int rays_in_block = 32;
-constexpr int tile_rows = 4;                    // rows of pixels that kernels take together
+constexpr int tile_rows = 4;  // rows of pixels that kernels take together
 
 struct BlockSum {
   std::int32_t hits, most, invalid;
@@ -51,14 +51,16 @@ class DeviceInterrogation final : public Interrogation {
       find_hits(tile, capacity, first_only);
       const std::vector<BlockSum> blocks = sum_blocks(tile);
       if (options.bad_rays == BadRays::error) refuse_invalid(rays, blocks, tile);
-      const int most = std::max_element(blocks.begin(), blocks.end(), [](auto& a, auto& b) { return a.most < b.most; })->most;
+      const int most =
+          std::max_element(blocks.begin(), blocks.end(), [](auto& a, auto& b) { return a.most < b.most; })->most;
       if (most > capacity && !first_only) {
         capacity = int(std::bit_ceil(unsigned(most)));
         continue;
       }
       const std::size_t rows = order_rows(blocks, tile, capacity);
       collect(tile, rows, hits);
-      if (options.properties != 0) measure_buffer(row_locations_.get(), nullptr, rows, options.properties, hits.properties_);
+      if (options.properties != 0)
+        measure_buffer(row_locations_.get(), nullptr, rows, options.properties, hits.properties_);
       first += tile.count;
       if (options.progress) options.progress(first, rays.size());
     }
@@ -66,8 +68,8 @@ class DeviceInterrogation final : public Interrogation {
     shared_rays_.reset();
   }
 
-  void measure(std::span<const glm::vec3> points, std::span<const glm::vec3> directions, std::uint32_t wanted, const ProbeOptions& options,
-               PointProperties& out) override {
+  void measure(std::span<const glm::vec3> points, std::span<const glm::vec3> directions, std::uint32_t wanted,
+               const ProbeOptions& options, PointProperties& out) override {
     out.status.clear();
     reserve(out, wanted, points.size());
     const std::size_t tile = options.tile != 0 ? options.tile : points_in_tile;
@@ -148,7 +150,8 @@ class DeviceInterrogation final : public Interrogation {
     }
     ensure(tile_rays_, tile.count * RayBatch::component_count, "rays");
     for (int c = 0; c < RayBatch::component_count; c++) {
-      tile_rays_.write(rays.component(RayBatch::Component(c)).subspan(tile.first, tile.count), std::size_t(c) * tile.count);
+      tile_rays_.write(rays.component(RayBatch::Component(c)).subspan(tile.first, tile.count),
+                       std::size_t(c) * tile.count);
     }
     tile.rays = tile_rays_.get();
     tile.offset = 0;
@@ -160,10 +163,20 @@ class DeviceInterrogation final : public Interrogation {
     ensure(slots_, 3 * std::size_t(capacity) * tile.count, "hit slots");
     const std::vector<DeviceBuffer*> surface = surface_buffers();
     launch(executor_, find_hits_,
-           arguments::find_hits{.parameters = surface_->parameters(), .surface_a = surface[0], .surface_b = surface[1], .surface_c = surface[2],
-                                .surface_d = surface[3], .rays = tile.rays, .counts = counts_.get(), .slots = slots_.get(),
-                                .first = int(tile.offset), .count = int(tile.count), .stride = int(tile.stride),
-                                .image_width = tile.image_width, .capacity = capacity, .first_only = first_only},
+           arguments::find_hits{.parameters = surface_->parameters(),
+                                .surface_a = surface[0],
+                                .surface_b = surface[1],
+                                .surface_c = surface[2],
+                                .surface_d = surface[3],
+                                .rays = tile.rays,
+                                .counts = counts_.get(),
+                                .slots = slots_.get(),
+                                .first = int(tile.offset),
+                                .count = int(tile.count),
+                                .stride = int(tile.stride),
+                                .image_width = tile.image_width,
+                                .capacity = capacity,
+                                .first_only = first_only},
            tile.count);
   }
 
@@ -171,7 +184,9 @@ class DeviceInterrogation final : public Interrogation {
     std::vector<BlockSum> sums((tile.count + rays_in_block - 1) / rays_in_block);
     ensure(blocks_, sums.size(), "block sums");
     launch(executor_, Program{KernelId::count_blocks, {}, {}},
-           arguments::count_blocks{.counts = counts_.get(), .blocks = blocks_.get(), .count = int(tile.count), .block = rays_in_block}, sums.size());
+           arguments::count_blocks{
+               .counts = counts_.get(), .blocks = blocks_.get(), .count = int(tile.count), .block = rays_in_block},
+           sums.size());
     blocks_.read(sums);
     return sums;
   }
@@ -181,10 +196,11 @@ class DeviceInterrogation final : public Interrogation {
       if (block.invalid < 0) continue;
       const std::size_t index = tile.first + std::size_t(block.invalid);
       const Ray ray = rays[index];
-      throw Error(ErrorCode::input,
-                  fmt::format("ray {} is not valid: origin ({}, {}, {}), direction ({}, {}, {}), t in [{}, {}]; numbers must be finite (t_max may be "
-                              "infinite), the direction not zero, t_min <= t_max",
-                              index, ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x, ray.direction.y, ray.direction.z, ray.t_min, ray.t_max));
+      throw Error(ErrorCode::input, fmt::format("ray {} is not valid: origin ({}, {}, {}), direction ({}, {}, {}), t "
+                                                "in [{}, {}]; numbers must be finite (t_max may be "
+                                                "infinite), the direction not zero, t_min <= t_max",
+                                                index, ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x,
+                                                ray.direction.y, ray.direction.z, ray.t_min, ray.t_max));
     }
   }
 
@@ -204,10 +220,20 @@ class DeviceInterrogation final : public Interrogation {
     ensure(row_status_, rows, "hit rows");
     ensure(row_locations_, rows, "hit rows");
     launch(executor_, Program{KernelId::order_rows, {}, {}},
-           arguments::order_rows{.rays = tile.rays, .counts = counts_.get(), .slots = slots_.get(), .block_offsets = starts_.get(),
-                                 .row_rays = row_rays_.get(), .row_t = row_t_.get(), .row_uncertainty = row_uncertainty_.get(),
-                                 .row_status = row_status_.get(), .row_locations = row_locations_.get(), .first = int(tile.offset),
-                                 .count = int(tile.count), .stride = int(tile.stride), .capacity = capacity, .block = rays_in_block},
+           arguments::order_rows{.rays = tile.rays,
+                                 .counts = counts_.get(),
+                                 .slots = slots_.get(),
+                                 .block_offsets = starts_.get(),
+                                 .row_rays = row_rays_.get(),
+                                 .row_t = row_t_.get(),
+                                 .row_uncertainty = row_uncertainty_.get(),
+                                 .row_status = row_status_.get(),
+                                 .row_locations = row_locations_.get(),
+                                 .first = int(tile.offset),
+                                 .count = int(tile.count),
+                                 .stride = int(tile.stride),
+                                 .capacity = capacity,
+                                 .block = rays_in_block},
            tile.count);
     return rows;
   }
@@ -215,11 +241,13 @@ class DeviceInterrogation final : public Interrogation {
   // Appends the tile's rows to the hit list.
   void collect(const Tile& tile, std::size_t rows, HitList& hits) {
     // The rest of the rays may have as many hits each.
-    const double expected = 1.05 * double(hits.rays_.size() + rows) / double(tile.first + tile.count) * double(hits.ray_status_.size());
+    const double expected =
+        1.05 * double(hits.rays_.size() + rows) / double(tile.first + tile.count) * double(hits.ray_status_.size());
     const auto append = [&](const auto& buffer, auto& values) {
       using T = typename std::decay_t<decltype(values)>::value_type;
       const std::size_t before = values.size();
-      if (values.capacity() < before + rows) values.reserve(std::max({before + rows, std::size_t(expected), before + before / 2}));
+      if (values.capacity() < before + rows)
+        values.reserve(std::max({before + rows, std::size_t(expected), before + before / 2}));
       values.resize(before + rows);
       buffer.read(std::span<T>(values).subspan(before));
     };
@@ -258,15 +286,24 @@ class DeviceInterrogation final : public Interrogation {
   }
 
   // Measures `count` points that stand on the device and appends the columns.
-  void measure_buffer(DeviceBuffer* points, DeviceBuffer* directions, std::size_t count, std::uint32_t wanted, PointProperties& out) {
+  void measure_buffer(DeviceBuffer* points, DeviceBuffer* directions, std::size_t count, std::uint32_t wanted,
+                      PointProperties& out) {
     if (count == 0) return;
-    const std::uint32_t second = Property::gauss | Property::mean | Property::principal | Property::directions | Property::normal_curvature;
+    const std::uint32_t second =
+        Property::gauss | Property::mean | Property::principal | Property::directions | Property::normal_curvature;
     const std::vector<DeviceBuffer*> surface = surface_buffers();
     ensure(columns_, count * words_per_point(wanted), "properties");
     launch(executor_, (wanted & second) != 0 ? measure_second_ : measure_first_,
-           arguments::measure{.parameters = surface_->parameters(), .surface_a = surface[0], .surface_b = surface[1], .surface_c = surface[2],
-                              .surface_d = surface[3], .points = points, .directions = directions, .columns = columns_.get(),
-                              .count = int(count), .wanted = int(wanted)},
+           arguments::measure{.parameters = surface_->parameters(),
+                              .surface_a = surface[0],
+                              .surface_b = surface[1],
+                              .surface_c = surface[2],
+                              .surface_d = surface[3],
+                              .points = points,
+                              .directions = directions,
+                              .columns = columns_.get(),
+                              .count = int(count),
+                              .wanted = int(wanted)},
            count);
     std::size_t column = 0;
     const auto append = [&](auto& values) {
@@ -325,7 +362,8 @@ class DeviceInterrogation final : public Interrogation {
   std::vector<std::int32_t> tile_counts_;
 };
 
-std::unique_ptr<Interrogation> interrogate_on_device(const Device& device, const std::shared_ptr<const SurfaceModel>& model) {
+std::unique_ptr<Interrogation> interrogate_on_device(const Device& device,
+                                                     const std::shared_ptr<const SurfaceModel>& model) {
   return std::make_unique<DeviceInterrogation>(device, model);
 }
 

@@ -11,20 +11,24 @@
 namespace smurf {
 namespace {
 
-constexpr std::uint32_t all_properties = Property::value | Property::normal | Property::gauss | Property::mean | Property::principal |
-                                         Property::directions | Property::normal_curvature;
+constexpr std::uint32_t all_properties = Property::value | Property::normal | Property::gauss | Property::mean |
+                                         Property::principal | Property::directions | Property::normal_curvature;
 
 void require_answerable(std::uint32_t wanted) {
-  if ((wanted & ~all_properties) != 0) throw Error(ErrorCode::usage, fmt::format("unknown property bits {:#x}", wanted & ~all_properties));
+  if ((wanted & ~all_properties) != 0)
+    throw Error(ErrorCode::usage, fmt::format("unknown property bits {:#x}", wanted & ~all_properties));
 }
 
 }  // namespace
 
 std::string_view name_of(HitStatus status) {
   switch (status) {
-    case HitStatus::isolated: return "isolated";
-    case HitStatus::tangent: return "tangent";
-    case HitStatus::unresolved: return "unresolved";
+    case HitStatus::isolated:
+      return "isolated";
+    case HitStatus::tangent:
+      return "tangent";
+    case HitStatus::unresolved:
+      return "unresolved";
   }
   return "unknown";
 }
@@ -40,7 +44,8 @@ Interrogator::Interrogator(const Device& device, const Surface& surface) {
 HitList Interrogator::cast(const RayBatch& rays, const CastOptions& options) const {
   require_answerable(options.properties);
   if (contains(options.properties, Property::normal_curvature)) {
-    throw Error(ErrorCode::usage, "normal curvature needs a direction per hit: ask the hit list for normal_curvatures(directions)");
+    throw Error(ErrorCode::usage,
+                "normal curvature needs a direction per hit: ask the hit list for normal_curvatures(directions)");
   }
   HitList hits;
   interrogation_->cast(rays, options, hits);
@@ -48,14 +53,18 @@ HitList Interrogator::cast(const RayBatch& rays, const CastOptions& options) con
   return hits;
 }
 
-PointProperties Interrogator::probe(std::span<const glm::vec3> points, std::uint32_t properties, const ProbeOptions& options) const {
+PointProperties Interrogator::probe(std::span<const glm::vec3> points, std::uint32_t properties,
+                                    const ProbeOptions& options) const {
   require_answerable(properties);
   const bool directed = contains(properties, Property::normal_curvature);
   if (directed && options.directions.size() != points.size()) {
-    throw Error(ErrorCode::usage, fmt::format("normal curvature needs one direction per point: {} points, {} directions", points.size(), options.directions.size()));
+    throw Error(ErrorCode::usage,
+                fmt::format("normal curvature needs one direction per point: {} points, {} directions", points.size(),
+                            options.directions.size()));
   }
   PointProperties out;
-  interrogation_->measure(points, directed ? options.directions : std::span<const glm::vec3>(), properties, options, out);
+  interrogation_->measure(points, directed ? options.directions : std::span<const glm::vec3>(), properties, options,
+                          out);
   return out;
 }
 
@@ -85,13 +94,20 @@ std::span<const glm::vec2> HitList::principal_curvatures() const {
   return principal_;
 }
 
-std::span<const glm::vec3> HitList::first_principal_directions() const { return properties(std::uint32_t(Property::directions)).d1; }
-std::span<const glm::vec3> HitList::second_principal_directions() const { return properties(std::uint32_t(Property::directions)).d2; }
-std::span<const std::uint32_t> HitList::point_status() const { return properties(std::uint32_t(Property::gauss)).status; }
+std::span<const glm::vec3> HitList::first_principal_directions() const {
+  return properties(std::uint32_t(Property::directions)).d1;
+}
+std::span<const glm::vec3> HitList::second_principal_directions() const {
+  return properties(std::uint32_t(Property::directions)).d2;
+}
+std::span<const std::uint32_t> HitList::point_status() const {
+  return properties(std::uint32_t(Property::gauss)).status;
+}
 
 Values<float> HitList::normal_curvatures(std::span<const glm::vec3> directions) const {
   if (directions.size() != size()) {
-    throw Error(ErrorCode::usage, fmt::format("normal curvature needs one direction per hit: {} hits, {} directions", size(), directions.size()));
+    throw Error(ErrorCode::usage, fmt::format("normal curvature needs one direction per hit: {} hits, {} directions",
+                                              size(), directions.size()));
   }
   PointProperties out;
   interrogation_->measure(locations_, directions, std::uint32_t(Property::normal_curvature), {}, out);

@@ -30,13 +30,16 @@ bool native_on_device(SampleType type) {
     case SampleType::int8:
     case SampleType::uint16:
     case SampleType::int16:
-    case SampleType::float32: return true;
-    default: return false;
+    case SampleType::float32:
+      return true;
+    default:
+      return false;
   }
 }
 
 // Writes the volume as floats less `offset`, slab by slab; samples that are not finite become `fill` if there is one.
-void write_as_floats(const Volume& volume, Executor& executor, DeviceBuffer& buffer, float offset, std::optional<float> fill) {
+void write_as_floats(const Volume& volume, Executor& executor, DeviceBuffer& buffer, float offset,
+                     std::optional<float> fill) {
   const std::size_t slab = std::size_t(1) << 20;
   std::vector<float> values(std::min(slab, volume.count()));
   for (std::size_t first = 0; first < volume.count(); first += slab) {
@@ -98,7 +101,8 @@ void spread_distances(std::vector<std::uint8_t>& distance, glm::ivec3 blocks) {
       if (nearest == 0) continue;
       const int x = int(index % blocks.x), y = int(index / blocks.x % blocks.y), z = int(index / blocks.x / blocks.y);
       for (int neighbour = 0; neighbour < 13; neighbour++) {
-        const int dx = direction * (neighbour % 3 - 1), dy = direction * (neighbour / 3 % 3 - 1), dz = direction * (neighbour / 9 - 1);
+        const int dx = direction * (neighbour % 3 - 1), dy = direction * (neighbour / 3 % 3 - 1),
+                  dz = direction * (neighbour / 9 - 1);
         const int nx = x + dx, ny = y + dy, nz = z + dz;
         if (nx < 0 || ny < 0 || nz < 0 || nx >= blocks.x || ny >= blocks.y || nz >= blocks.z) continue;
         nearest = std::min(nearest, distance[std::size_t((std::int64_t(nz) * blocks.y + ny) * blocks.x + nx)] + 1);
@@ -116,14 +120,19 @@ Volume thickened(const Volume& volume) {
   const glm::ivec3 size = volume.size(), thick = glm::max(size, glm::ivec3(2));
   if (thick == size) return volume;
   const std::size_t bytes = size_of(volume.type());
-  const auto copy = std::make_shared<std::vector<std::byte>>(std::size_t(thick.x) * std::size_t(thick.y) * std::size_t(thick.z) * bytes);
+  const auto copy = std::make_shared<std::vector<std::byte>>(std::size_t(thick.x) * std::size_t(thick.y) *
+                                                             std::size_t(thick.z) * bytes);
   const auto* from = static_cast<const std::byte*>(volume.samples());
   std::byte* to = copy->data();
   for (int z = 0; z < thick.z; z++) {
     for (int y = 0; y < thick.y; y++) {
       for (int x = 0; x < thick.x; x++, to += bytes) {
         const glm::ivec3 at = glm::min(glm::ivec3(x, y, z), size - 1);
-        std::memcpy(to, from + ((std::size_t(at.z) * std::size_t(size.y) + std::size_t(at.y)) * std::size_t(size.x) + std::size_t(at.x)) * bytes, bytes);
+        std::memcpy(to,
+                    from + ((std::size_t(at.z) * std::size_t(size.y) + std::size_t(at.y)) * std::size_t(size.x) +
+                            std::size_t(at.x)) *
+                               bytes,
+                    bytes);
       }
     }
   }
@@ -133,7 +142,10 @@ Volume thickened(const Volume& volume) {
 class ResidentGridIsosurface final : public ResidentSurface {
  public:
   ResidentGridIsosurface(const GridIsosurface& surface, Executor& executor)
-      : executor_(executor), original_(surface.volume), volume_(thickened(original_)), reconstruction_(surface.reconstruction) {
+      : executor_(executor),
+        original_(surface.volume),
+        volume_(thickened(original_)),
+        reconstruction_(surface.reconstruction) {
     const glm::ivec3 size = volume_.size();
     blocks_ = glm::max((size - 1 + block_cells - 1) / block_cells, glm::ivec3(1));
     // Shifts in place of products when kernels look for a block.
@@ -158,8 +170,12 @@ class ResidentGridIsosurface final : public ResidentSurface {
     const auto* other = dynamic_cast<const GridIsosurface*>(&model);
     if (!other || other->reconstruction != reconstruction_) return false;
     const Volume& volume = other->volume;
-    if (volume.samples() != original_.samples() || volume.size() != original_.size() || volume.type() != original_.type()) return false;
-    if (volume.placement().axes != original_.placement().axes || volume.placement().origin != original_.placement().origin) return false;
+    if (volume.samples() != original_.samples() || volume.size() != original_.size() ||
+        volume.type() != original_.type())
+      return false;
+    if (volume.placement().axes != original_.placement().axes ||
+        volume.placement().origin != original_.placement().origin)
+      return false;
     activate(other->isovalue);
     return true;
   }
@@ -172,8 +188,11 @@ class ResidentGridIsosurface final : public ResidentSurface {
     const bool native = native_on_device(volume_.type()) && reconstruction_ != Reconstruction::tricubic;
     modules_["surface"] = embedded_core("grid_isosurface.inc");
     modules_["field"] = embedded_core(cubic ? "cubic.inc" : "trilinear.inc");
-    if (cubic) modules_["weights"] = embedded_core(reconstruction_ == Reconstruction::tricubic ? "weights_bspline.inc" : "weights_catmull_rom.inc");
-    modules_["samples"] = embedded_core(fmt::format("samples_{}.inc", name_of(native ? volume_.type() : SampleType::float32)));
+    if (cubic)
+      modules_["weights"] = embedded_core(reconstruction_ == Reconstruction::tricubic ? "weights_bspline.inc"
+                                                                                      : "weights_catmull_rom.inc");
+    modules_["samples"] =
+        embedded_core(fmt::format("samples_{}.inc", name_of(native ? volume_.type() : SampleType::float32)));
     defines_["DEGREE"] = cubic ? "9" : "3";
   }
 
@@ -222,7 +241,12 @@ class ResidentGridIsosurface final : public ResidentSurface {
     const Program program{KernelId::bspline_prefilter, {}, {}};
     for (int axis = 0; axis < 3; axis++) {
       launch(executor_, program,
-             arguments::bspline_prefilter{.coefficients = samples_.get(), .low_parts = low_parts.get(), .size_x = size.x, .size_y = size.y, .size_z = size.z, .axis = axis},
+             arguments::bspline_prefilter{.coefficients = samples_.get(),
+                                          .low_parts = low_parts.get(),
+                                          .size_x = size.x,
+                                          .size_y = size.y,
+                                          .size_z = size.z,
+                                          .axis = axis},
              volume_.count() / std::size_t(size[axis]));
     }
     if (volume_.non_finite() > 0) restore_non_finite(volume_, executor_, *samples_);
@@ -240,7 +264,10 @@ class ResidentGridIsosurface final : public ResidentSurface {
     cells_ = TypedBuffer<glm::uvec2>(executor_, block_count(), "active cells");
     skips_ = TypedBuffer<std::uint32_t>(executor_, (block_count() + 3) / 4, "block distances");
     launch(executor_, Program{KernelId::grid_bounds, modules_, defines_},
-           arguments::grid_bounds{.parameters = parameters_.get(), .surface_a = samples_.get(), .bounds = bounds_.get(), .count = int(block_count())},
+           arguments::grid_bounds{.parameters = parameters_.get(),
+                                  .surface_a = samples_.get(),
+                                  .bounds = bounds_.get(),
+                                  .count = int(block_count())},
            block_count());
   }
 
@@ -250,7 +277,11 @@ class ResidentGridIsosurface final : public ResidentSurface {
     std::vector<glm::uvec2> cells(block_count(), glm::uvec2(0));
     if (std::isfinite(value)) {
       launch(executor_, Program{KernelId::grid_activate, modules_, defines_},
-             arguments::grid_activate{.parameters = parameters_.get(), .surface_a = samples_.get(), .bounds = bounds_.get(), .cells = cells_.get(), .count = int(block_count())},
+             arguments::grid_activate{.parameters = parameters_.get(),
+                                      .surface_a = samples_.get(),
+                                      .bounds = bounds_.get(),
+                                      .cells = cells_.get(),
+                                      .count = int(block_count())},
              block_count());
       cells_.read(cells);
     } else {
@@ -269,8 +300,10 @@ class ResidentGridIsosurface final : public ResidentSurface {
     executor_.write(*skips_.get(), 0, distance.data(), distance.size());
     // Without an active cell any cell will do: nothing is found there.
     const bool empty = box.low.x > box.high.x;
-    const std::array<float, 6> reals = empty ? std::array<float, 6>{0, 0, 0, 1, 1, 1}
-                                             : std::array<float, 6>{float(box.low.x), float(box.low.y), float(box.low.z), float(box.high.x), float(box.high.y), float(box.high.z)};
+    const std::array<float, 6> reals =
+        empty ? std::array<float, 6>{0, 0, 0, 1, 1, 1}
+              : std::array<float, 6>{float(box.low.x),  float(box.low.y),  float(box.low.z),
+                                     float(box.high.x), float(box.high.y), float(box.high.z)};
     // The box that rays are clipped to ends with the domain.
     std::array<float, 6> clipped = reals;
     for (std::size_t i = 0; i < 3; i++) clipped[3 + i] = std::min(reals[3 + i], float(original_.size()[int(i)] - 1));
@@ -295,14 +328,17 @@ class ResidentGridIsosurface final : public ResidentSurface {
 
 GridIsosurface::GridIsosurface(const Volume& the_volume, double the_isovalue, const GridOptions& options)
     : volume(the_volume), isovalue(the_isovalue), reconstruction(options.reconstruction) {
-  if (!std::isfinite(isovalue)) throw Error(ErrorCode::input, fmt::format("the isovalue must be finite, not {}", isovalue));
+  if (!std::isfinite(isovalue))
+    throw Error(ErrorCode::input, fmt::format("the isovalue must be finite, not {}", isovalue));
 }
 
 Bounds GridIsosurface::bounds() const {
   const GridPlacement& placement = volume.placement();
-  Bounds bounds{glm::dvec3(std::numeric_limits<double>::infinity()), glm::dvec3(-std::numeric_limits<double>::infinity())};
+  Bounds bounds{glm::dvec3(std::numeric_limits<double>::infinity()),
+                glm::dvec3(-std::numeric_limits<double>::infinity())};
   for (int corner = 0; corner < 8; corner++) {
-    const glm::dvec3 index((corner & 1) ? volume.size().x - 1 : 0, (corner & 2) ? volume.size().y - 1 : 0, (corner & 4) ? volume.size().z - 1 : 0);
+    const glm::dvec3 index((corner & 1) ? volume.size().x - 1 : 0, (corner & 2) ? volume.size().y - 1 : 0,
+                           (corner & 4) ? volume.size().z - 1 : 0);
     const glm::dvec3 point = placement.origin + placement.axes * index;
     bounds.lower = glm::min(bounds.lower, point);
     bounds.upper = glm::max(bounds.upper, point);
@@ -311,7 +347,8 @@ Bounds GridIsosurface::bounds() const {
 }
 
 std::uint32_t GridIsosurface::properties() const {
-  return Property::value | Property::normal | Property::gauss | Property::mean | Property::principal | Property::directions | Property::normal_curvature;
+  return Property::value | Property::normal | Property::gauss | Property::mean | Property::principal |
+         Property::directions | Property::normal_curvature;
 }
 
 std::vector<Fact> GridIsosurface::facts() const {
@@ -321,11 +358,13 @@ std::vector<Fact> GridIsosurface::facts() const {
       {"reconstruction", std::string(name_of(reconstruction))},
       {"isovalue", fmt::format("{}", isovalue)},
       {"samples", fmt::format("{} x {} x {} {}", size.x, size.y, size.z, name_of(volume.type()))},
-      {"spacing", fmt::format("{:g} {:g} {:g}", glm::length(volume.placement().axes[0]), glm::length(volume.placement().axes[1]), glm::length(volume.placement().axes[2]))},
+      {"spacing", fmt::format("{:g} {:g} {:g}", glm::length(volume.placement().axes[0]),
+                              glm::length(volume.placement().axes[1]), glm::length(volume.placement().axes[2]))},
       {"range", fmt::format("{:g} to {:g}", volume.minimum(), volume.maximum())},
   };
   if (volume.non_finite() > 0) {
-    facts.push_back({"not finite", fmt::format("{} samples are NaN or infinite: there is no surface within their reach", volume.non_finite())});
+    facts.push_back({"not finite", fmt::format("{} samples are NaN or infinite: there is no surface within their reach",
+                                               volume.non_finite())});
   }
   return facts;
 }

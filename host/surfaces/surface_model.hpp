@@ -48,10 +48,12 @@ class SurfaceModel {
 };
 
 // Reads the description of one kind; `folder` resolves file names.
-using SurfaceReader = std::function<std::shared_ptr<const SurfaceModel>(const nlohmann::json&, const std::filesystem::path& folder)>;
+using SurfaceReader =
+    std::function<std::shared_ptr<const SurfaceModel>(const nlohmann::json&, const std::filesystem::path& folder)>;
 // The list of kinds that descriptions can name: "isosurface" -> reader. One line per kind, in description.cpp.
 const std::map<std::string, SurfaceReader>& surface_readers();
 
-std::shared_ptr<const SurfaceModel> read_isosurface(const nlohmann::json& description, const std::filesystem::path& folder);
+std::shared_ptr<const SurfaceModel> read_isosurface(const nlohmann::json& description,
+                                                    const std::filesystem::path& folder);
 
 }  // namespace smurf

@@ -16,21 +16,21 @@ namespace smurf {
 class Executor;  // internal: one back end on one device; null for the reference
 
 struct DeviceInfo {
-  std::string executor;   // "opencl", "vulkan" or "reference"
-  int index = 0;          // the n of "opencl:n"
-  std::string name;       // the driver's name of the device
-  std::string platform;   // platform or driver, with its version
-  std::size_t memory = 0; // bytes of global memory; 0 if unknown
+  std::string executor;                // "opencl", "vulkan" or "reference"
+  int index = 0;                       // the n of "opencl:n"
+  std::string name;                    // the driver's name of the device
+  std::string platform;                // platform or driver, with its version
+  std::size_t memory = 0;              // bytes of global memory; 0 if unknown
   std::size_t largest_allocation = 0;  // bytes in one buffer; 0 if unlimited
-  std::string precision;  // "float" or "double"
-  int lanes = 1;          // rays that one work item handles
+  std::string precision;               // "float" or "double"
+  int lanes = 1;                       // rays that one work item handles
   bool shares_host_memory = false;     // buffers can stand on the caller's memory without a copy
 };
 
 struct DeviceOptions {
-  int lanes = 0;           // 1, 4, 8 or 16 on OpenCL; 0 lets the device's preferred vector width decide
-  bool validation = false; // Vulkan validation layers; any message becomes an Error
-  bool timing = false;     // record the time of each kernel (see KernelTime)
+  int lanes = 0;            // 1, 4, 8 or 16 on OpenCL; 0 lets the device's preferred vector width decide
+  bool validation = false;  // Vulkan validation layers; any message becomes an Error
+  bool timing = false;      // record the time of each kernel (see KernelTime)
 };
 
 struct KernelTime {

@@ -38,13 +38,13 @@ enum PointStatus : std::uint32_t { regular = 0, umbilic = 1, boundary = 2, undef
 
 // Properties of surface points, as bits.
 enum class Property : std::uint32_t {
-  value = 1,             // the field's value (kinds with a field)
-  normal = 2,            // unit normal
-  gauss = 4,             // k1·k2, per unit length squared
-  mean = 8,              // (k1+k2)/2, per unit length
-  principal = 16,        // k1 >= k2
-  directions = 32,       // unit principal directions d1, d2
-  normal_curvature = 64, // along a given direction, projected to the tangent plane
+  value = 1,              // the field's value (kinds with a field)
+  normal = 2,             // unit normal
+  gauss = 4,              // k1·k2, per unit length squared
+  mean = 8,               // (k1+k2)/2, per unit length
+  principal = 16,         // k1 >= k2
+  directions = 32,        // unit principal directions d1, d2
+  normal_curvature = 64,  // along a given direction, projected to the tangent plane
 };
 constexpr std::uint32_t operator|(Property a, Property b) { return std::uint32_t(a) | std::uint32_t(b); }
 constexpr std::uint32_t operator|(std::uint32_t a, Property b) { return a | std::uint32_t(b); }
@@ -65,8 +65,8 @@ struct CastOptions {
 struct PointProperties {
   Values<float> value, gauss, mean, k1, k2, normal_curvature;
   Values<glm::vec3> normal, d1, d2;
-  Values<std::uint32_t> status;       // PointStatus bits
-  std::uint32_t measured = 0;         // Property bits
+  Values<std::uint32_t> status;  // PointStatus bits
+  std::uint32_t measured = 0;    // Property bits
 };
 
 class Interrogation;  // internal: a surface on one device
@@ -89,12 +89,12 @@ class HitList {
   std::span<const glm::vec3> normals() const;
   std::span<const float> gauss_curvatures() const;
   std::span<const float> mean_curvatures() const;
-  std::span<const glm::vec2> principal_curvatures() const;               // k1 >= k2
+  std::span<const glm::vec2> principal_curvatures() const;  // k1 >= k2
   std::span<const glm::vec3> first_principal_directions() const;
   std::span<const glm::vec3> second_principal_directions() const;
   Values<float> normal_curvatures(std::span<const glm::vec3> directions) const;  // one direction per hit
-  std::span<const std::uint32_t> point_status() const;                   // PointStatus bits
-  const PointProperties& properties(std::uint32_t wanted) const;         // several at once
+  std::span<const std::uint32_t> point_status() const;                           // PointStatus bits
+  const PointProperties& properties(std::uint32_t wanted) const;                 // several at once
 
  private:
   friend class Interrogator;
@@ -125,7 +125,8 @@ class Interrogator {
   HitList cast(const RayBatch& rays, const CastOptions& options = {}) const;
 
   // Properties of the level set through each point.
-  PointProperties probe(std::span<const glm::vec3> points, std::uint32_t properties, const ProbeOptions& options = {}) const;
+  PointProperties probe(std::span<const glm::vec3> points, std::uint32_t properties,
+                        const ProbeOptions& options = {}) const;
 
   // Another surface over the same field: only what depends on the isovalue is rebuilt. Hit lists made
   // before keep answering for the surface that they were cast on only as to what they already hold.

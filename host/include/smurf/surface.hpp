@@ -19,8 +19,8 @@ class SurfaceModel;  // internal: one class per kind, see host/surfaces/surface_
 // Cubic reconstructions continue the data beyond the boundary mirrored about the outer nodes.
 enum class Reconstruction { trilinear, tricubic, catmull_rom };
 
-std::string_view name_of(Reconstruction reconstruction);         // as in descriptions: "catmull-rom"
-Reconstruction reconstruction_named(std::string_view name);      // throws Error (input)
+std::string_view name_of(Reconstruction reconstruction);     // as in descriptions: "catmull-rom"
+Reconstruction reconstruction_named(std::string_view name);  // throws Error (input)
 
 struct GridOptions {
   Reconstruction reconstruction = Reconstruction::tricubic;

@@ -33,7 +33,9 @@ struct ResultAllocator {
     ::new (static_cast<void*>(at)) U(std::forward<Arguments>(arguments)...);
   }
   template <class U>
-  bool operator==(const ResultAllocator<U>&) const { return true; }
+  bool operator==(const ResultAllocator<U>&) const {
+    return true;
+  }
 };
 
 template <class T>

@@ -31,7 +31,10 @@ constexpr SampleType sample_type_of() {
   else if constexpr (std::is_same_v<T, std::uint64_t>) return SampleType::uint64;
   else if constexpr (std::is_same_v<T, std::int64_t>) return SampleType::int64;
   else if constexpr (std::is_same_v<T, float>) return SampleType::float32;
-  else { static_assert(std::is_same_v<T, double>, "not a sample type"); return SampleType::float64; }
+  else {
+    static_assert(std::is_same_v<T, double>, "not a sample type");
+    return SampleType::float64;
+  }
 }
 
 // Where the samples lie in the world. Columns of `axes` are the steps from one sample to the next
@@ -82,7 +85,8 @@ class Volume {
 // A volume over the caller's memory, which must outlive every copy of the volume and every
 // interrogator made from it. No sample is copied on the host, nor for a device that shares host memory.
 // samples.size() must be size.x * size.y * size.z.
-Volume borrow_volume(std::span<const std::byte> samples, SampleType type, glm::ivec3 size, const GridPlacement& placement = {});
+Volume borrow_volume(std::span<const std::byte> samples, SampleType type, glm::ivec3 size,
+                     const GridPlacement& placement = {});
 
 template <class T>
 Volume borrow_volume(std::span<const T> samples, glm::ivec3 size, const GridPlacement& placement = {}) {
