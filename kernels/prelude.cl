@@ -53,7 +53,6 @@
 #define splat_integer(x) ((integer)(x))
 #define splat_word(x) ((word)(x))
 #define absolute(x) fabs(x)
-#define round_down(x) floor(x)
 #define square_root(x) sqrt(x)
 
 #define FN static inline __attribute__((always_inline))

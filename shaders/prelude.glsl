@@ -24,7 +24,6 @@
 #define splat_integer(x) int(x)
 #define splat_word(x) uint(x)
 #define absolute(x) abs(x)
-#define round_down(x) floor(x)
 #define square_root(x) sqrt(x)
 
 #define FN

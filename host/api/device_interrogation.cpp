@@ -46,7 +46,7 @@ class DeviceInterrogation final : public Interrogation {
     hits.ray_status_.resize(rays.size());
     std::size_t first = 0;
     while (first < rays.size()) {
-      const Tile tile = next_tile(rays, first, options, capacity);
+      Tile tile = next_tile(rays, first, options, capacity);
       upload_tile(rays, tile);
       find_hits(tile, capacity, first_only);
       const std::vector<BlockSum> blocks = sum_blocks(tile);
@@ -140,8 +140,7 @@ class DeviceInterrogation final : public Interrogation {
     return {first, count, nullptr, 0, 0, whole_bands ? int(rays.image_width) : 0};
   }
 
-  void upload_tile(const RayBatch& rays, const Tile& tile_in) {
-    Tile& tile = const_cast<Tile&>(tile_in);
+  void upload_tile(const RayBatch& rays, Tile& tile) {
     if (shared_rays_) {
       tile.rays = shared_rays_.get();
       tile.offset = tile.first;

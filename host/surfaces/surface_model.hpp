@@ -17,7 +17,8 @@
 namespace smurf {
 
 // A surface's buffers on one device and the source that answers for it.
-// The source module "surface" defines what kernels/core/surface_interface.md lists.
+// The source module "surface" defines Surface, surface_open, surface_walk, surface_advance, surface_hit_t and
+// surface_frame, as kernels/core/grid_isosurface.inc does.
 class ResidentSurface {
  public:
   virtual ~ResidentSurface() = default;
