@@ -8,8 +8,8 @@
 #define JOIN_(a, b) a##b
 #define JOIN(a, b) JOIN_(a, b)
 
-// Clang's builtins, but not on the way through SPIR-V, which has no word for some of them.
-#if defined(__has_builtin) && !defined(__SPIR__) && !defined(__SPIRV__)
+// Clang's builtins where it compiles for a processor; SPIR-V has no word for some of them.
+#if defined(__has_builtin) && (defined(__x86_64__) || defined(__aarch64__))
 #define HAS_BUILTIN(name) __has_builtin(name)
 #else
 #define HAS_BUILTIN(name) 0
@@ -40,7 +40,7 @@
 #define to_signed(w) JOIN(as_int, LANES)(w)
 #define as_real(w) JOIN(as_float, LANES)(w)
 #define as_word(r) JOIN(as_uint, LANES)(r)
-#if HAS_BUILTIN(__builtin_reduce_or) && !defined(__SPIR__) && !defined(__SPIRV__)  // the translator to SPIR-V does not know it
+#if HAS_BUILTIN(__builtin_reduce_or)
 #define any_lane(m) (__builtin_reduce_or(m) != 0)
 #else
 #define any_lane(m) any(m)
