@@ -180,6 +180,36 @@ FN Row load_row(Buffer b, integer start) {
 }
 #endif
 
+// Reals from `start` on, at indices that follow each other in fours of lanes, and integers that are stored so: a few whole loads in
+// place of a gather.
+#if LANES == 1
+#define load_fours(b, start, i) load_real(b, (start) + (i))
+#define store_fours(b, i, v) ((b)[i] = (uint)(v))
+#elif LANES == 4
+#define load_fours(b, start, i) vload4(0, (__global float*)(b) + (start) + (i).s0)
+#define store_fours(b, i, v) vstore4(v, 0, (__global int*)(b) + (i).s0)
+#elif LANES == 8
+FN real load_fours(Buffer b, int start, integer i) {
+  __global float* reals = (__global float*)b + start;
+  return (real)(vload4(0, reals + i.s0), vload4(0, reals + i.s4));
+}
+FN void store_fours(Buffer b, integer i, integer v) {
+  vstore4(v.lo, 0, (__global int*)b + i.s0);
+  vstore4(v.hi, 0, (__global int*)b + i.s4);
+}
+#elif LANES == 16
+FN real load_fours(Buffer b, int start, integer i) {
+  __global float* reals = (__global float*)b + start;
+  return (real)(vload4(0, reals + i.s0), vload4(0, reals + i.s4), vload4(0, reals + i.s8), vload4(0, reals + i.sc));
+}
+FN void store_fours(Buffer b, integer i, integer v) {
+  vstore4(v.s0123, 0, (__global int*)b + i.s0);
+  vstore4(v.s4567, 0, (__global int*)b + i.s4);
+  vstore4(v.s89ab, 0, (__global int*)b + i.s8);
+  vstore4(v.scdef, 0, (__global int*)b + i.sc);
+}
+#endif
+
 // Stores the lanes in m.
 #if LANES == 1
 FN void store_word(Buffer b, integer i, word v, mask m) {

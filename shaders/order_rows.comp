@@ -9,9 +9,9 @@ layout(push_constant) uniform Arguments {
 };
 
 void main() {
-  int i = int(item_index());
-  if (i < count) {
-    order_ray(rays, counts, slots, block_offsets, row_rays, row_t, row_uncertainty, row_status, row_locations, i, first,
+  int which = int(item_index());
+  if (which * block < count) {
+    order_block(rays, counts, slots, block_offsets, row_rays, row_t, row_uncertainty, row_status, row_locations, which, first,
               count, stride, capacity, block);
   }
 }

@@ -77,6 +77,9 @@ Row load_row(Buffer b, integer start) {
   return row;
 }
 
+#define load_fours(b, start, i) load_real(b, (start) + (i))
+#define store_fours(b, i, v) ((b).words[i] = uint(v))
+
 // Stores the lanes in m.
 void store_word(Buffer b, integer i, word v, mask m) {
   if (m) b.words[i] = v;

@@ -17,11 +17,12 @@
 namespace smurf {
 namespace {
 
-constexpr std::size_t rays_in_tile = 131072;
+constexpr std::size_t rays_in_tile = 1 << 20;
+constexpr std::size_t rays_in_image_tile = (1 << 21) - 1;  // what kernels/core/ray.inc can tell apart
 constexpr std::size_t points_in_tile = 262144;
 constexpr std::size_t slots_in_tile = 1 << 20;  // capacity × rays, at 12 bytes
 constexpr int capacity_of_all = 8;              // hits per ray to begin with
-constexpr int rays_in_block = 32;
+constexpr int rays_in_block = 16;  // counted and ordered by one work item
 constexpr int tile_rows = 4;  // rows of pixels that kernels take together
 
 struct BlockSum {
@@ -133,6 +134,7 @@ class DeviceInterrogation final : public Interrogation {
     std::size_t most = options.tile != 0 ? options.tile : rays_in_tile;
     most = std::max<std::size_t>(std::min(most, slots_in_tile / std::size_t(capacity)), 1);
     const std::size_t band = rays.image_width * tile_rows;
+    if (rays.image_width > 0) most = std::min(most, rays_in_image_tile);
     const bool image = rays.image_width >= 4 && rays.image_width % 4 == 0 && band <= most && first % band == 0;
     if (image) most -= most % band;
     std::size_t count = std::min(most, rays.size() - first);
@@ -233,7 +235,7 @@ class DeviceInterrogation final : public Interrogation {
                                  .stride = int(tile.stride),
                                  .capacity = capacity,
                                  .block = rays_in_block},
-           tile.count);
+           blocks.size());
     return rows;
   }
 

@@ -21,7 +21,8 @@ namespace smurf {
 namespace {
 
 constexpr int block_cells = 4;
-constexpr int farthest_skip = 255;  // blocks; a byte holds it
+constexpr int block_rows = 16;      // of cells along x, a word of distances each
+constexpr int farthest_skip = 64;   // blocks; distances of their cells must fit a byte
 
 // Sample types that kernels read as they are; all others become float on the device.
 bool native_on_device(SampleType type) {
@@ -148,9 +149,6 @@ class ResidentGridIsosurface final : public ResidentSurface {
         reconstruction_(surface.reconstruction) {
     const glm::ivec3 size = volume_.size();
     blocks_ = glm::max((size - 1 + block_cells - 1) / block_cells, glm::ivec3(1));
-    // Shifts in place of products when kernels look for a block.
-    blocks_.x = int(std::bit_ceil(unsigned(blocks_.x)));
-    blocks_.y = int(std::bit_ceil(unsigned(blocks_.y)));
     choose_modules();
     upload_parameters();
     upload_samples();
@@ -161,9 +159,10 @@ class ResidentGridIsosurface final : public ResidentSurface {
   const std::map<std::string, std::string>& modules() const override { return modules_; }
   const std::map<std::string, std::string>& defines() const override { return defines_; }
   DeviceBuffer* parameters() const override { return parameters_.get(); }
-  std::vector<DeviceBuffer*> buffers() const override { return {samples_.get(), cells_.get(), skips_.get()}; }
+  std::vector<DeviceBuffer*> buffers() const override { return {samples_.get(), distances_.get()}; }
   std::size_t bytes() const override {
-    return samples_->bytes() + bounds_.bytes() + cells_.bytes() + skips_.bytes() + parameters_.bytes();
+    return samples_->bytes() + bounds_.bytes() + cells_.bytes() + skips_.bytes() + distances_.bytes() +
+           parameters_.bytes();
   }
 
   bool update(const SurfaceModel& model) override {
@@ -205,8 +204,8 @@ class ResidentGridIsosurface final : public ResidentSurface {
       put_real(high_at, high);
       put_real(low_at, float(value - double(high)));
     };
-    put_integer(GRID_BLOCK_SHIFTS, std::countr_zero(unsigned(blocks_.x)));
-    put_integer(GRID_BLOCK_SHIFTS + 1, std::countr_zero(unsigned(blocks_.x)) + std::countr_zero(unsigned(blocks_.y)));
+    put_integer(GRID_BLOCKS, blocks_.x);
+    put_integer(GRID_BLOCKS + 1, blocks_.y);
     const glm::dmat3 world_to_index = glm::inverse(volume_.placement().axes);
     for (int i = 0; i < 3; i++) {
       put_integer(GRID_SIZE + i, volume_.size()[i]);
@@ -263,6 +262,7 @@ class ResidentGridIsosurface final : public ResidentSurface {
     bounds_ = TypedBuffer<glm::vec2>(executor_, block_count(), "block bounds");
     cells_ = TypedBuffer<glm::uvec2>(executor_, block_count(), "active cells");
     skips_ = TypedBuffer<std::uint32_t>(executor_, (block_count() + 3) / 4, "block distances");
+    distances_ = TypedBuffer<std::uint32_t>(executor_, block_count() * block_rows, "cell distances");
     launch(executor_, Program{KernelId::grid_bounds, modules_, defines_},
            arguments::grid_bounds{.parameters = parameters_.get(),
                                   .surface_a = samples_.get(),
@@ -298,6 +298,14 @@ class ResidentGridIsosurface final : public ResidentSurface {
     }
     spread_distances(distance, blocks_);
     executor_.write(*skips_.get(), 0, distance.data(), distance.size());
+    launch(executor_, Program{KernelId::grid_distances, modules_, defines_},
+           arguments::grid_distances{.parameters = parameters_.get(),
+                                     .surface_a = samples_.get(),
+                                     .cells = cells_.get(),
+                                     .skips = skips_.get(),
+                                     .distances = distances_.get(),
+                                     .count = int(block_count())},
+           block_count());
     // Without an active cell any cell will do: nothing is found there.
     const bool empty = box.low.x > box.high.x;
     const std::array<float, 6> reals =
@@ -322,6 +330,7 @@ class ResidentGridIsosurface final : public ResidentSurface {
   TypedBuffer<glm::vec2> bounds_;
   TypedBuffer<glm::uvec2> cells_;
   TypedBuffer<std::uint32_t> skips_;
+  TypedBuffer<std::uint32_t> distances_;
 };
 
 }  // namespace

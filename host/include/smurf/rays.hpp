@@ -8,7 +8,8 @@
 #include <glm/glm.hpp>
 #include <limits>
 #include <span>
-#include <vector>
+
+#include "smurf/values.hpp"
 
 namespace smurf {
 
@@ -44,7 +45,7 @@ class RayBatch {
 
  private:
   std::size_t count_ = 0;
-  std::vector<float> values_;
+  Values<float> values_;
 };
 
 }  // namespace smurf
