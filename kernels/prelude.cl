@@ -115,11 +115,11 @@ FN word load_word(Buffer b, integer i) { return GATHER(b, i); }
 FN integer load_integer(Buffer b, integer i) { return to_signed(load_word(b, i)); }
 FN real load_real(Buffer b, integer i) { return as_real(load_word(b, i)); }
 
-// Four consecutive reals on each lane, from `start` on. Whole rows and a transposition cost a quarter of four gathers.
+// Four consecutive reals on each lane, from start + i on. Whole rows and a transposition cost a quarter of four gathers.
 STRUCT(Row) { real at[4]; };
 #if LANES == 1
-FN Row load_row(Buffer b, integer start) {
-  float4 v = vload4(0, (__global float*)b + start);
+FN Row load_row(Buffer b, int start, integer i) {
+  float4 v = vload4(0, (__global float*)b + start + i);
   Row row;
   row.at[0] = v.s0;
   row.at[1] = v.s1;
@@ -128,7 +128,7 @@ FN Row load_row(Buffer b, integer start) {
   return row;
 }
 #elif HAS_BUILTIN(__builtin_shufflevector)
-#define ROW_AT(lane) vload4(0, (__global float*)b + start.lane)
+#define ROW_AT(lane) vload4(0, reals + i.lane)
 #if LANES == 4
 #define ROW_LOW 0, 4, 1, 5
 #define ROW_HIGH 2, 6, 3, 7
@@ -155,7 +155,8 @@ FN Row load_row(Buffer b, integer start) {
        r2 = (real)(ROW_AT(s2), ROW_AT(s6), ROW_AT(sa), ROW_AT(se)),                \
        r3 = (real)(ROW_AT(s3), ROW_AT(s7), ROW_AT(sb), ROW_AT(sf))
 #endif
-FN Row load_row(Buffer b, integer start) {
+FN Row load_row(Buffer b, int start, integer i) {
+  __global float* reals = (__global float*)b + start;
   // Lane 4n+m stands in group n of r<m>; each group is transposed by itself.
   ROW_ALL();
   real low_01 = __builtin_shufflevector(r0, r1, ROW_LOW);
@@ -170,43 +171,43 @@ FN Row load_row(Buffer b, integer start) {
   return row;
 }
 #else
-FN Row load_row(Buffer b, integer start) {
+FN Row load_row(Buffer b, int start, integer i) {
   Row row;
-  row.at[0] = load_real(b, start);
-  row.at[1] = load_real(b, start + 1);
-  row.at[2] = load_real(b, start + 2);
-  row.at[3] = load_real(b, start + 3);
+  row.at[0] = load_real(b + start, i);
+  row.at[1] = load_real(b + start, i + 1);
+  row.at[2] = load_real(b + start, i + 2);
+  row.at[3] = load_real(b + start, i + 3);
   return row;
 }
 #endif
 
-// Reals from `start` on, at indices that follow each other in fours of lanes, and integers that are stored so: a few whole loads in
+// Reals from `start` on, at indices that follow each other in fours of lanes, and words that are stored so: a few whole loads in
 // place of a gather.
 #if LANES == 1
 #define load_fours(b, start, i) load_real(b, (start) + (i))
-#define store_fours(b, i, v) ((b)[i] = (uint)(v))
+#define store_fours(b, start, i, v) ((b)[(start) + (i)] = (v))
 #elif LANES == 4
 #define load_fours(b, start, i) vload4(0, (__global float*)(b) + (start) + (i).s0)
-#define store_fours(b, i, v) vstore4(v, 0, (__global int*)(b) + (i).s0)
+#define store_fours(b, start, i, v) vstore4(v, 0, (b) + (start) + (i).s0)
 #elif LANES == 8
 FN real load_fours(Buffer b, int start, integer i) {
   __global float* reals = (__global float*)b + start;
   return (real)(vload4(0, reals + i.s0), vload4(0, reals + i.s4));
 }
-FN void store_fours(Buffer b, integer i, integer v) {
-  vstore4(v.lo, 0, (__global int*)b + i.s0);
-  vstore4(v.hi, 0, (__global int*)b + i.s4);
+FN void store_fours(Buffer b, int start, integer i, word v) {
+  vstore4(v.lo, 0, b + start + i.s0);
+  vstore4(v.hi, 0, b + start + i.s4);
 }
 #elif LANES == 16
 FN real load_fours(Buffer b, int start, integer i) {
   __global float* reals = (__global float*)b + start;
   return (real)(vload4(0, reals + i.s0), vload4(0, reals + i.s4), vload4(0, reals + i.s8), vload4(0, reals + i.sc));
 }
-FN void store_fours(Buffer b, integer i, integer v) {
-  vstore4(v.s0123, 0, (__global int*)b + i.s0);
-  vstore4(v.s4567, 0, (__global int*)b + i.s4);
-  vstore4(v.s89ab, 0, (__global int*)b + i.s8);
-  vstore4(v.scdef, 0, (__global int*)b + i.sc);
+FN void store_fours(Buffer b, int start, integer i, word v) {
+  vstore4(v.s0123, 0, b + start + i.s0);
+  vstore4(v.s4567, 0, b + start + i.s4);
+  vstore4(v.s89ab, 0, b + start + i.s8);
+  vstore4(v.scdef, 0, b + start + i.sc);
 }
 #endif
 

@@ -66,19 +66,19 @@ word load_word(Buffer b, integer i) { return b.words[i]; }
 integer load_integer(Buffer b, integer i) { return int(b.words[i]); }
 real load_real(Buffer b, integer i) { return uintBitsToFloat(b.words[i]); }
 
-// Four consecutive reals, from `start` on.
+// Four consecutive reals, from start + i on.
 STRUCT(Row) { real at[4]; };
-Row load_row(Buffer b, integer start) {
+Row load_row(Buffer b, int start, integer i) {
   Row row;
-  row.at[0] = load_real(b, start);
-  row.at[1] = load_real(b, start + 1);
-  row.at[2] = load_real(b, start + 2);
-  row.at[3] = load_real(b, start + 3);
+  row.at[0] = load_real(b, start + i);
+  row.at[1] = load_real(b, start + i + 1);
+  row.at[2] = load_real(b, start + i + 2);
+  row.at[3] = load_real(b, start + i + 3);
   return row;
 }
 
 #define load_fours(b, start, i) load_real(b, (start) + (i))
-#define store_fours(b, i, v) ((b).words[i] = uint(v))
+#define store_fours(b, start, i, v) ((b).words[(start) + (i)] = (v))
 
 // Stores the lanes in m.
 void store_word(Buffer b, integer i, word v, mask m) {

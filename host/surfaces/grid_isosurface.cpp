@@ -1,7 +1,8 @@
 // Isosurfaces of sampled volumes on a device: samples or B-spline coefficients, bounds per block of 4³
-// cells, a bit per cell that can hold a root, and for every block its distance to the nearest such cell.
+// cells, a bit per cell that can hold a root, and for every cell its distance to the nearest such cell.
 //
-// Device memory for n³ samples of b bytes: b·n³ (4·n³ for tricubic, and as much again while the prefilter runs) + n³/64 · (8 bounds + 8 cells + 1 distance).
+// Device memory for n³ samples of b bytes: b·n³ (4·(n+2)³ for tricubic, and as much again while it is set up), and for each block of
+// 64 cells 8 bytes of bounds, 8 of active cells, 1 of its distance and 64 of the cells' distances.
 #include "surfaces/grid_isosurface.hpp"
 
 #include <fmt/format.h>
@@ -193,6 +194,8 @@ class ResidentGridIsosurface final : public ResidentSurface {
     modules_["samples"] =
         embedded_core(fmt::format("samples_{}.inc", name_of(native ? volume_.type() : SampleType::float32)));
     defines_["DEGREE"] = cubic ? "9" : "3";
+    // A buffer of our own has room for a margin; the host's samples are read where they are.
+    defines_["TAPS_INSIDE"] = reconstruction_ == Reconstruction::tricubic ? "1" : "0";
   }
 
   void upload_parameters() {
@@ -230,17 +233,34 @@ class ResidentGridIsosurface final : public ResidentSurface {
       }
       return;
     }
-    samples_ = executor_.allocate(volume_.count() * sizeof(float), "B-spline coefficients");
     // A filter of samples far from 0 would round to their size, not to their differences.
     offset_ = float(0.5 * (volume_.minimum() + volume_.maximum()));
     executor_.write(*parameters_.get(), GRID_OFFSET * 4, &offset_, sizeof offset_);
-    write_as_floats(volume_, executor_, *samples_, offset_, 0.0f);
-    const auto low_parts = executor_.allocate(samples_->bytes(), "low parts of B-spline coefficients");
+    const auto coefficients = executor_.allocate(volume_.count() * sizeof(float), "B-spline coefficients");
+    write_as_floats(volume_, executor_, *coefficients, offset_, 0.0f);
+    prefilter(*coefficients);
+    if (volume_.non_finite() > 0) restore_non_finite(volume_, executor_, *coefficients);
+    const glm::ivec3 surrounded = size + 2;
+    const std::size_t count = std::size_t(surrounded.x) * std::size_t(surrounded.y) * std::size_t(surrounded.z);
+    if (count > std::size_t(std::numeric_limits<std::int32_t>::max()))
+      throw Error(ErrorCode::memory, fmt::format("{} x {} x {} B-spline coefficients are more than a kernel can count; "
+                                                 "at most 2^31-1 are possible, margin included",
+                                                 surrounded.x, surrounded.y, surrounded.z));
+    samples_ = executor_.allocate(count * sizeof(float), "B-spline coefficients with a margin");
+    launch(executor_, Program{KernelId::grid_surround, modules_, defines_},
+           arguments::grid_surround{
+               .parameters = parameters_.get(), .from = coefficients.get(), .to = samples_.get(), .count = int(count)},
+           count);
+    executor_.finish();
+  }
+
+  void prefilter(DeviceBuffer& coefficients) {
+    const glm::ivec3 size = volume_.size();
+    const auto low_parts = executor_.allocate(coefficients.bytes(), "low parts of B-spline coefficients");
     clear(*low_parts);
-    const Program program{KernelId::bspline_prefilter, {}, {}};
     for (int axis = 0; axis < 3; axis++) {
-      launch(executor_, program,
-             arguments::bspline_prefilter{.coefficients = samples_.get(),
+      launch(executor_, Program{KernelId::bspline_prefilter, {}, {}},
+             arguments::bspline_prefilter{.coefficients = &coefficients,
                                           .low_parts = low_parts.get(),
                                           .size_x = size.x,
                                           .size_y = size.y,
@@ -248,7 +268,7 @@ class ResidentGridIsosurface final : public ResidentSurface {
                                           .axis = axis},
              volume_.count() / std::size_t(size[axis]));
     }
-    if (volume_.non_finite() > 0) restore_non_finite(volume_, executor_, *samples_);
+    executor_.finish();
   }
 
   void clear(DeviceBuffer& buffer) {

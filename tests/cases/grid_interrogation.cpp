@@ -13,7 +13,7 @@
 #include "harness/kernel_cover.hpp"
 #include "smurf/error.hpp"
 
-KERNELS(find_hits, count_blocks, order_rows, measure, grid_activate);
+KERNELS(find_hits, count_blocks, order_rows, measure, grid_activate, grid_distances);
 
 namespace smurf::test {
 namespace {

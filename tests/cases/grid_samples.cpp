@@ -11,7 +11,7 @@
 #include "harness/kernel_cover.hpp"
 #include "harness/replay.hpp"
 
-KERNELS(find_hits, grid_bounds, grid_activate, bspline_prefilter, measure);
+KERNELS(find_hits, grid_bounds, grid_activate, grid_distances, bspline_prefilter, measure);
 
 namespace smurf::test {
 namespace {
