@@ -149,11 +149,10 @@ FN Row load_row(Buffer b, int start, integer i) {
 #define ROW_HIGH 2, 18, 3, 19, 6, 22, 7, 23, 10, 26, 11, 27, 14, 30, 15, 31
 #define ROW_FRONT 0, 1, 16, 17, 4, 5, 20, 21, 8, 9, 24, 25, 12, 13, 28, 29
 #define ROW_BACK 2, 3, 18, 19, 6, 7, 22, 23, 10, 11, 26, 27, 14, 15, 30, 31
-#define ROW_ALL()                                                                  \
-  real r0 = (real)(ROW_AT(s0), ROW_AT(s4), ROW_AT(s8), ROW_AT(sc)),                \
-       r1 = (real)(ROW_AT(s1), ROW_AT(s5), ROW_AT(s9), ROW_AT(sd)),                \
-       r2 = (real)(ROW_AT(s2), ROW_AT(s6), ROW_AT(sa), ROW_AT(se)),                \
-       r3 = (real)(ROW_AT(s3), ROW_AT(s7), ROW_AT(sb), ROW_AT(sf))
+#define ROW_HALF(a, b) (float8)(ROW_AT(a), ROW_AT(b))
+#define ROW_ALL()                                                                                        \
+  real r0 = (real)(ROW_HALF(s0, s4), ROW_HALF(s8, sc)), r1 = (real)(ROW_HALF(s1, s5), ROW_HALF(s9, sd)), \
+       r2 = (real)(ROW_HALF(s2, s6), ROW_HALF(sa, se)), r3 = (real)(ROW_HALF(s3, s7), ROW_HALF(sb, sf))
 #endif
 FN Row load_row(Buffer b, int start, integer i) {
   __global float* reals = (__global float*)b + start;

@@ -6,10 +6,10 @@ layout(local_size_x = GROUP) in;
 
 layout(push_constant) uniform Arguments {
   Buffer parameters, surface_a, surface_b, surface_c, surface_d, points, directions, columns;
-  int count, wanted;
+  int first, end, stride, wanted;
 };
 
 void main() {
   Surface surface = surface_open(parameters, surface_a, surface_b, surface_c, surface_d);
-  measure_points(surface, points, directions, columns, lane_items(item_index()), count, wanted);
+  measure_points(surface, points, directions, columns, first + lane_items(item_index()), end, stride, wanted);
 }

@@ -5,13 +5,13 @@ layout(local_size_x = GROUP) in;
 
 layout(push_constant) uniform Arguments {
   Buffer rays, counts, slots, block_offsets, row_rays, row_t, row_uncertainty, row_status, row_locations;
-  int first, count, stride, capacity, block;
+  int first, number, count, stride, capacity, block;
 };
 
 void main() {
   int which = int(item_index());
   if (which * block < count) {
     order_block(rays, counts, slots, block_offsets, row_rays, row_t, row_uncertainty, row_status, row_locations, which, first,
-              count, stride, capacity, block);
+              number, count, stride, capacity, block);
   }
 }

@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <bit>
+#include <limits>
+#include <numeric>
 
 #include "columns.inc"
 #include "executor.hpp"
@@ -19,7 +21,7 @@ namespace {
 
 constexpr std::size_t rays_in_tile = 1 << 20;
 constexpr std::size_t rays_in_image_tile = (1 << 21) - 1;  // what kernels/core/ray.inc can tell apart
-constexpr std::size_t points_in_tile = 262144;
+constexpr std::size_t points_in_tile = 1 << 20;
 constexpr std::size_t slots_in_tile = 1 << 20;  // capacity × rays, at 12 bytes
 constexpr int capacity_of_all = 8;              // hits per ray to begin with
 constexpr int rays_in_block = 16;  // counted and ordered by one work item
@@ -27,6 +29,37 @@ constexpr int tile_rows = 4;  // rows of pixels that kernels take together
 
 struct BlockSum {
   std::int32_t hits, most, invalid;
+};
+
+// A tile's rows of one column of results, which kernels write where the host wants them, or to a buffer that is read afterwards.
+template <class T>
+class Rows {
+ public:
+  // Lengthens `values` by `rows` that the device is to write, with room for `expected` values in all.
+  Rows(Executor& executor, TypedBuffer<T>& staged, Values<T>& values, std::size_t rows, std::size_t expected,
+       std::string_view purpose)
+      : staged_(staged), values_(values), rows_(rows) {
+    const std::size_t before = values.size();
+    if (values.capacity() < before + rows) values.reserve(std::max({before + rows, expected, before + before / 2}));
+    values.resize(before + rows);
+    direct_ = executor.share_results(values.data() + before, rows * sizeof(T), purpose);
+    if (!direct_ && staged.bytes() < rows * sizeof(T)) staged = TypedBuffer<T>(executor, rows, purpose);
+  }
+  DeviceBuffer* buffer() const { return direct_ ? direct_.get() : staged_.get(); }
+  // Waits until they stand in the values.
+  void finish() {
+    if (direct_) {
+      direct_.reset();
+    } else {
+      staged_.read(std::span<T>(values_).last(rows_));
+    }
+  }
+
+ private:
+  TypedBuffer<T>& staged_;
+  Values<T>& values_;
+  std::size_t rows_;
+  std::unique_ptr<DeviceBuffer> direct_;
 };
 
 }  // namespace
@@ -49,8 +82,10 @@ class DeviceInterrogation final : public Interrogation {
     while (first < rays.size()) {
       Tile tile = next_tile(rays, first, options, capacity);
       upload_tile(rays, tile);
-      find_hits(tile, capacity, first_only);
-      const std::vector<BlockSum> blocks = sum_blocks(tile);
+      tile_counts_.clear();
+      Rows counts(executor_, counts_, tile_counts_, tile.count, tile.count, "hit counts");
+      find_hits(tile, counts.buffer(), capacity, first_only);
+      const std::vector<BlockSum> blocks = sum_blocks(tile, counts.buffer());
       if (options.bad_rays == BadRays::error) refuse_invalid(rays, blocks, tile);
       const int most =
           std::max_element(blocks.begin(), blocks.end(), [](auto& a, auto& b) { return a.most < b.most; })->most;
@@ -58,34 +93,43 @@ class DeviceInterrogation final : public Interrogation {
         capacity = int(std::bit_ceil(unsigned(most)));
         continue;
       }
-      const std::size_t rows = order_rows(blocks, tile, capacity);
-      collect(tile, rows, hits);
-      if (options.properties != 0)
-        measure_buffer(row_locations_.get(), nullptr, rows, options.properties, hits.properties_);
+      order_rows(blocks, tile, counts.buffer(), capacity, hits);
+      counts.finish();
+      append_counts(tile, hits);
       first += tile.count;
       if (options.progress) options.progress(first, rays.size());
     }
-    if (options.properties != 0) hits.properties_.measured |= options.properties;
     shared_rays_.reset();
+    if (options.properties != 0) measure(hits.locations_, {}, options.properties, {}, hits.properties_);
   }
 
   void measure(std::span<const glm::vec3> points, std::span<const glm::vec3> directions, std::uint32_t wanted,
                const ProbeOptions& options, PointProperties& out) override {
-    out.status.clear();
-    reserve(out, wanted, points.size());
-    const std::size_t tile = options.tile != 0 ? options.tile : points_in_tile;
-    for (std::size_t first = 0; first < points.size(); first += tile) {
-      const std::size_t count = std::min(tile, points.size() - first);
-      ensure(points_, count, "points");
-      points_.write(points.subspan(first, count));
-      if (!directions.empty()) {
-        ensure(directions_, count, "directions");
-        directions_.write(directions.subspan(first, count));
+    const auto words = std::make_shared<Values<std::uint32_t>>(points.size() * words_per_point(wanted));
+    const std::size_t step = options.tile != 0 ? options.tile : points_in_tile;
+    // Kernels count words in 32 bits.
+    std::unique_ptr<DeviceBuffer> results;
+    if (!words->empty() && words->size() <= std::size_t(std::numeric_limits<std::int32_t>::max()))
+      results = executor_.share_results(words->data(), words->size() * sizeof(std::uint32_t), "properties");
+    std::unique_ptr<DeviceBuffer> all_points, all_directions;
+    if (results) {
+      all_points = executor_.share(points.data(), points.size_bytes(), "points");
+      if (!directions.empty()) all_directions = executor_.share(directions.data(), directions.size_bytes(), "directions");
+    }
+    for (std::size_t first = 0; first < points.size(); first += step) {
+      const std::size_t count = std::min(step, points.size() - first);
+      if (results) {
+        measure_points(all_points.get(), all_directions.get(), results.get(), first, first + count, points.size(),
+                       wanted);
+        if (options.progress) executor_.finish();
+      } else {
+        measure_copies(points.subspan(first, count),
+                       directions.empty() ? directions : directions.subspan(first, count), wanted, first, *words);
       }
-      measure_buffer(points_.get(), directions.empty() ? nullptr : directions_.get(), count, wanted, out);
       if (options.progress) options.progress(first + count, points.size());
     }
-    out.measured |= wanted;
+    results.reset();
+    take_columns(words, points.size(), wanted, out);
   }
 
   void update(const std::shared_ptr<const SurfaceModel>& model) override {
@@ -159,8 +203,7 @@ class DeviceInterrogation final : public Interrogation {
     tile.stride = tile.count;
   }
 
-  void find_hits(const Tile& tile, int capacity, bool first_only) {
-    ensure(counts_, tile.count, "hit counts");
+  void find_hits(const Tile& tile, DeviceBuffer* counts, int capacity, bool first_only) {
     ensure(slots_, 3 * std::size_t(capacity) * tile.count, "hit slots");
     const std::vector<DeviceBuffer*> surface = surface_buffers();
     launch(executor_, find_hits_,
@@ -170,7 +213,7 @@ class DeviceInterrogation final : public Interrogation {
                                 .surface_c = surface[2],
                                 .surface_d = surface[3],
                                 .rays = tile.rays,
-                                .counts = counts_.get(),
+                                .counts = counts,
                                 .slots = slots_.get(),
                                 .first = int(tile.offset),
                                 .count = int(tile.count),
@@ -181,12 +224,12 @@ class DeviceInterrogation final : public Interrogation {
            tile.count);
   }
 
-  std::vector<BlockSum> sum_blocks(const Tile& tile) {
+  std::vector<BlockSum> sum_blocks(const Tile& tile, DeviceBuffer* counts) {
     std::vector<BlockSum> sums((tile.count + rays_in_block - 1) / rays_in_block);
     ensure(blocks_, sums.size(), "block sums");
     launch(executor_, Program{KernelId::count_blocks, {}, {}},
            arguments::count_blocks{
-               .counts = counts_.get(), .blocks = blocks_.get(), .count = int(tile.count), .block = rays_in_block},
+               .counts = counts, .blocks = blocks_.get(), .count = int(tile.count), .block = rays_in_block},
            sums.size());
     blocks_.read(sums);
     return sums;
@@ -205,64 +248,51 @@ class DeviceInterrogation final : public Interrogation {
     }
   }
 
-  std::size_t order_rows(const std::vector<BlockSum>& blocks, const Tile& tile, int capacity) {
+  // Appends the tile's hits to the list.
+  void order_rows(const std::vector<BlockSum>& blocks, const Tile& tile, DeviceBuffer* counts, int capacity,
+                  HitList& hits) {
     std::vector<std::uint32_t> starts(blocks.size());
-    std::size_t rows = 0;
+    std::size_t count = 0;
     for (std::size_t i = 0; i < blocks.size(); i++) {
-      starts[i] = std::uint32_t(rows);
-      rows += std::size_t(blocks[i].hits);
+      starts[i] = std::uint32_t(count);
+      count += std::size_t(blocks[i].hits);
     }
-    if (rows == 0) return 0;
+    if (count == 0) return;
     ensure(starts_, starts.size(), "block offsets");
     starts_.write(starts);
-    ensure(row_rays_, rows, "hit rows");
-    ensure(row_t_, rows, "hit rows");
-    ensure(row_uncertainty_, rows, "hit rows");
-    ensure(row_status_, rows, "hit rows");
-    ensure(row_locations_, rows, "hit rows");
+    // The rest of the rays may have as many hits each.
+    const auto expected = std::size_t(1.05 * double(hits.rays_.size() + count) / double(tile.first + tile.count) *
+                                      double(hits.ray_status_.size()));
+    Rows rays(executor_, row_rays_, hits.rays_, count, expected, "hit rows");
+    Rows t(executor_, row_t_, hits.t_, count, expected, "hit rows");
+    Rows uncertainty(executor_, row_uncertainty_, hits.uncertainty_, count, expected, "hit rows");
+    Rows status(executor_, row_status_, hits.status_, count, expected, "hit rows");
+    Rows locations(executor_, row_locations_, hits.locations_, count, expected, "hit rows");
     launch(executor_, Program{KernelId::order_rows, {}, {}},
            arguments::order_rows{.rays = tile.rays,
-                                 .counts = counts_.get(),
+                                 .counts = counts,
                                  .slots = slots_.get(),
                                  .block_offsets = starts_.get(),
-                                 .row_rays = row_rays_.get(),
-                                 .row_t = row_t_.get(),
-                                 .row_uncertainty = row_uncertainty_.get(),
-                                 .row_status = row_status_.get(),
-                                 .row_locations = row_locations_.get(),
+                                 .row_rays = rays.buffer(),
+                                 .row_t = t.buffer(),
+                                 .row_uncertainty = uncertainty.buffer(),
+                                 .row_status = status.buffer(),
+                                 .row_locations = locations.buffer(),
                                  .first = int(tile.offset),
+                                 .number = int(tile.first),
                                  .count = int(tile.count),
                                  .stride = int(tile.stride),
                                  .capacity = capacity,
                                  .block = rays_in_block},
-           blocks.size());
-    return rows;
+           starts.size());
+    rays.finish();
+    t.finish();
+    uncertainty.finish();
+    status.finish();
+    locations.finish();
   }
 
-  // Appends the tile's rows to the hit list.
-  void collect(const Tile& tile, std::size_t rows, HitList& hits) {
-    // The rest of the rays may have as many hits each.
-    const double expected =
-        1.05 * double(hits.rays_.size() + rows) / double(tile.first + tile.count) * double(hits.ray_status_.size());
-    const auto append = [&](const auto& buffer, auto& values) {
-      using T = typename std::decay_t<decltype(values)>::value_type;
-      const std::size_t before = values.size();
-      if (values.capacity() < before + rows)
-        values.reserve(std::max({before + rows, std::size_t(expected), before + before / 2}));
-      values.resize(before + rows);
-      buffer.read(std::span<T>(values).subspan(before));
-    };
-    if (rows > 0) {
-      append(row_rays_, hits.rays_);
-      append(row_t_, hits.t_);
-      append(row_uncertainty_, hits.uncertainty_);
-      append(row_status_, hits.status_);
-      append(row_locations_, hits.locations_);
-    }
-    const std::size_t row = hits.rays_.size() - rows;
-    for (std::size_t i = row; i < hits.rays_.size(); i++) hits.rays_[i] += std::uint32_t(tile.first);
-    tile_counts_.resize(tile.count);
-    counts_.read(tile_counts_);
+  void append_counts(const Tile& tile, HitList& hits) {
     std::uint64_t offset = hits.offsets_[tile.first];
     for (std::size_t i = 0; i < tile.count; i++) {
       const std::int32_t count = tile_counts_[i];
@@ -272,28 +302,11 @@ class DeviceInterrogation final : public Interrogation {
     }
   }
 
-  static void reserve(PointProperties& out, std::uint32_t wanted, std::size_t count) {
-    const auto room = [&](Property property, auto&... columns) {
-      if (contains(wanted, property)) (columns.reserve(count), ...);
-    };
-    room(Property::value, out.value);
-    room(Property::normal, out.normal);
-    room(Property::gauss, out.gauss);
-    room(Property::mean, out.mean);
-    room(Property::principal, out.k1, out.k2);
-    room(Property::directions, out.d1, out.d2);
-    room(Property::normal_curvature, out.normal_curvature);
-    out.status.reserve(count);
-  }
-
-  // Measures `count` points that stand on the device and appends the columns.
-  void measure_buffer(DeviceBuffer* points, DeviceBuffer* directions, std::size_t count, std::uint32_t wanted,
-                      PointProperties& out) {
-    if (count == 0) return;
+  void measure_points(DeviceBuffer* points, DeviceBuffer* directions, DeviceBuffer* columns, std::size_t first,
+                      std::size_t end, std::size_t stride, std::uint32_t wanted) {
     const std::uint32_t second =
         Property::gauss | Property::mean | Property::principal | Property::directions | Property::normal_curvature;
     const std::vector<DeviceBuffer*> surface = surface_buffers();
-    ensure(columns_, count * words_per_point(wanted), "properties");
     launch(executor_, (wanted & second) != 0 ? measure_second_ : measure_first_,
            arguments::measure{.parameters = surface_->parameters(),
                               .surface_a = surface[0],
@@ -302,39 +315,71 @@ class DeviceInterrogation final : public Interrogation {
                               .surface_d = surface[3],
                               .points = points,
                               .directions = directions,
-                              .columns = columns_.get(),
-                              .count = int(count),
+                              .columns = columns,
+                              .first = int(first),
+                              .end = int(end),
+                              .stride = int(stride),
                               .wanted = int(wanted)},
-           count);
+           end - first);
+  }
+
+  // Measures points that are copied to the device, and copies their columns back to where they belong in `words`.
+  void measure_copies(std::span<const glm::vec3> points, std::span<const glm::vec3> directions, std::uint32_t wanted,
+                      std::size_t first, Values<std::uint32_t>& words) {
+    const std::size_t count = points.size(), width = words_per_point(wanted), total = words.size() / width;
+    ensure(points_, count, "points");
+    points_.write(points);
+    if (!directions.empty()) {
+      ensure(directions_, count, "directions");
+      directions_.write(directions);
+    }
+    ensure(columns_, count * width, "properties");
+    measure_points(points_.get(), directions.empty() ? nullptr : directions_.get(), columns_.get(), 0, count, count,
+                   wanted);
     std::size_t column = 0;
-    const auto append = [&](auto& values) {
-      using T = typename std::decay_t<decltype(values)>::value_type;
-      const std::size_t before = values.size();
-      if (values.capacity() < before + count) values.reserve(std::max(before + before / 2, before + count));
-      values.resize(before + count);
-      executor_.read(*columns_.get(), column * sizeof(float), values.data() + before, count * sizeof(T));
-      column += count * sizeof(T) / sizeof(float);
+    for (const std::size_t column_width : column_widths(wanted)) {
+      columns_.read(std::span(words).subspan(column * total + first * column_width, count * column_width),
+                    column * count);
+      column += column_width;
+    }
+  }
+
+  // Hands out the columns in `words`, each `count` points long.
+  static void take_columns(const std::shared_ptr<Values<std::uint32_t>>& words, std::size_t count,
+                           std::uint32_t wanted, PointProperties& out) {
+    std::size_t column = 0;
+    const auto take = [&]<class T>(Column<T>& values) {
+      values = Column<T>(words, std::span(reinterpret_cast<const T*>(words->data() + column * count), count));
+      column += sizeof(T) / sizeof(std::uint32_t);
     };
-    if (contains(wanted, Property::value)) append(out.value);
-    if (contains(wanted, Property::normal)) append(out.normal);
-    if (contains(wanted, Property::gauss)) append(out.gauss);
-    if (contains(wanted, Property::mean)) append(out.mean);
-    if (contains(wanted, Property::principal)) append(out.k1), append(out.k2);
-    if (contains(wanted, Property::directions)) append(out.d1), append(out.d2);
-    if (contains(wanted, Property::normal_curvature)) append(out.normal_curvature);
-    append(out.status);
+    if (contains(wanted, Property::value)) take(out.value);
+    if (contains(wanted, Property::normal)) take(out.normal);
+    if (contains(wanted, Property::gauss)) take(out.gauss);
+    if (contains(wanted, Property::mean)) take(out.mean);
+    if (contains(wanted, Property::principal)) take(out.k1), take(out.k2);
+    if (contains(wanted, Property::directions)) take(out.d1), take(out.d2);
+    if (contains(wanted, Property::normal_curvature)) take(out.normal_curvature);
+    take(out.status);
+    out.measured |= wanted;
+  }
+
+  // Words per point of each column, in the order of kernels/core/columns.inc.
+  static std::vector<std::size_t> column_widths(std::uint32_t wanted) {
+    std::vector<std::size_t> widths;
+    if (contains(wanted, Property::value)) widths.push_back(1);
+    if (contains(wanted, Property::normal)) widths.push_back(3);
+    if (contains(wanted, Property::gauss)) widths.push_back(1);
+    if (contains(wanted, Property::mean)) widths.push_back(1);
+    if (contains(wanted, Property::principal)) widths.insert(widths.end(), {1, 1});
+    if (contains(wanted, Property::directions)) widths.insert(widths.end(), {3, 3});
+    if (contains(wanted, Property::normal_curvature)) widths.push_back(1);
+    widths.push_back(1);  // the status
+    return widths;
   }
 
   static std::size_t words_per_point(std::uint32_t wanted) {
-    std::size_t words = 1;
-    if (contains(wanted, Property::value)) words += 1;
-    if (contains(wanted, Property::normal)) words += 3;
-    if (contains(wanted, Property::gauss)) words += 1;
-    if (contains(wanted, Property::mean)) words += 1;
-    if (contains(wanted, Property::principal)) words += 2;
-    if (contains(wanted, Property::directions)) words += 6;
-    if (contains(wanted, Property::normal_curvature)) words += 1;
-    return words;
+    const std::vector<std::size_t> widths = column_widths(wanted);
+    return std::accumulate(widths.begin(), widths.end(), std::size_t(0));
   }
 
   std::vector<DeviceBuffer*> surface_buffers() const {
@@ -359,8 +404,8 @@ class DeviceInterrogation final : public Interrogation {
   TypedBuffer<HitStatus> row_status_;
   TypedBuffer<glm::vec3> row_locations_;
   TypedBuffer<glm::vec3> points_, directions_;
-  TypedBuffer<float> columns_;
-  std::vector<std::int32_t> tile_counts_;
+  TypedBuffer<std::uint32_t> columns_;
+  Values<std::int32_t> tile_counts_;
 };
 
 std::unique_ptr<Interrogation> interrogate_on_device(const Device& device,

@@ -104,7 +104,7 @@ std::span<const std::uint32_t> HitList::point_status() const {
   return properties(std::uint32_t(Property::gauss)).status;
 }
 
-Values<float> HitList::normal_curvatures(std::span<const glm::vec3> directions) const {
+Column<float> HitList::normal_curvatures(std::span<const glm::vec3> directions) const {
   if (directions.size() != size()) {
     throw Error(ErrorCode::usage, fmt::format("normal curvature needs one direction per hit: {} hits, {} directions",
                                               size(), directions.size()));

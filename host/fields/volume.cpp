@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "smurf/error.hpp"
+#include "smurf/values.hpp"
 
 namespace smurf {
 namespace {
@@ -159,7 +160,7 @@ Volume marschner_lobb_volume(int size) {
   constexpr double frequency = 6.0, alpha = 0.25, pi = std::numbers::pi;
   const auto n = std::size_t(size);
   const double step = 2.0 / (size - 1);
-  const auto samples = std::make_shared<std::vector<float>>(n * n * n);
+  const auto samples = std::make_shared<Values<float>>(n * n * n);
   std::vector<double> rings(n * n);  // what depends on x and y only
   for (std::size_t j = 0; j < n; j++) {
     for (std::size_t i = 0; i < n; i++) {

@@ -17,6 +17,7 @@
 
 #include "io/text_file.hpp"
 #include "smurf/error.hpp"
+#include "smurf/values.hpp"
 
 namespace smurf {
 namespace {
@@ -25,7 +26,7 @@ constexpr std::size_t greatest_deflate_ratio = 1032;  // zlib's technical notes:
 constexpr std::size_t chunk = std::size_t(1) << 20;
 
 struct Free {
-  void operator()(void* memory) const { std::free(memory); }
+  void operator()(void* memory) const { free_results(memory); }
 };
 using Samples = std::unique_ptr<void, Free>;
 
@@ -38,11 +39,12 @@ using Samples = std::unique_ptr<void, Free>;
 }
 
 Samples allocate(const std::filesystem::path& file, std::size_t bytes) {
-  Samples samples(std::malloc(bytes));
-  if (!samples)
+  try {
+    return Samples(allocate_results(bytes));  // on large pages: kernels read volumes from here
+  } catch (const std::bad_alloc&) {
     throw Error(ErrorCode::memory,
                 fmt::format("\"{}\": {} bytes of memory are needed and not there", file.string(), bytes));
-  return samples;
+  }
 }
 
 // Where `lines` further lines have passed.

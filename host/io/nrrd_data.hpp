@@ -36,7 +36,7 @@ struct NrrdData {
   long byte_skip = 0;         // then bytes (of the decoded data for gzip); -1-n: the data ends n bytes before the end
 };
 
-// `count` samples in memory from malloc. Throws Error (input) that names the file when the data is damaged or
+// `count` samples in memory from allocate_results. Throws Error (input) that names the file when the data is damaged or
 // has another length, Error (memory) when it does not fit. Memory is taken only when the file can hold so much.
 void* read_nrrd_data(const NrrdData& data, SampleType type, std::size_t count);
 

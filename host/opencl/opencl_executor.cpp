@@ -12,6 +12,8 @@
 #include <cstdlib>
 #include <stdexcept>
 
+#include "smurf/values.hpp"
+
 namespace smurf::opencl {
 namespace {
 
@@ -24,6 +26,11 @@ std::size_t whole_words(std::size_t bytes) { return std::max(kWord, (bytes + kWo
 
 double mebibytes(std::size_t bytes) { return static_cast<double>(bytes) / (1024.0 * 1024.0); }
 
+struct FreeResults {
+  void operator()(void* memory) const noexcept { free_results(memory); }
+};
+using HostMemory = std::unique_ptr<void, FreeResults>;
+
 class OpenclBuffer final : public DeviceBuffer {
  public:
   // In memory of the device, counted in the budget.
@@ -31,13 +38,25 @@ class OpenclBuffer final : public DeviceBuffer {
       : DeviceBuffer(bytes), buffer_(std::move(buffer)), budget_(std::move(budget)) {
     *budget_ += bytes;
   }
-  // On the host's memory: once this is gone the caller may free that, so nothing may be running on it.
-  OpenclBuffer(cl::Buffer buffer, std::size_t bytes, cl::CommandQueue queue)
-      : DeviceBuffer(bytes), buffer_(std::move(buffer)), queue_(std::move(queue)) {}
+  // The same on a device that computes in the host's memory, which this buffer owns.
+  OpenclBuffer(HostMemory memory, cl::Buffer buffer, std::size_t bytes, cl::CommandQueue queue,
+               std::shared_ptr<std::atomic<std::size_t>> budget)
+      : OpenclBuffer(std::move(buffer), bytes, std::move(budget)) {
+    memory_ = std::move(memory);
+    queue_ = std::move(queue);
+  }
+  // On the host's memory: once this is gone the caller may free or read that, so nothing may be running on it.
+  OpenclBuffer(cl::Buffer buffer, std::size_t bytes, cl::CommandQueue queue, bool results)
+      : DeviceBuffer(bytes), buffer_(std::move(buffer)), queue_(std::move(queue)), results_(results) {}
   ~OpenclBuffer() override {
     if (budget_) *budget_ -= bytes();
     if (!queue_()) return;
     try {
+      if (results_) {
+        // Makes the memory the host's again (OpenCL 1.2, 5.4.3); nothing is copied where it never was elsewhere.
+        void* mapped = queue_.enqueueMapBuffer(buffer_, CL_TRUE, CL_MAP_READ, 0, bytes());
+        queue_.enqueueUnmapMemObject(buffer_, mapped);
+      }
       queue_.finish();
     } catch (const cl::Error&) {
       // A broken queue runs nothing any more, and the next call on the executor says so.
@@ -49,9 +68,11 @@ class OpenclBuffer final : public DeviceBuffer {
   const cl::Buffer& buffer() const { return buffer_; }
 
  private:
+  HostMemory memory_;  // outlives buffer_
   cl::Buffer buffer_;
   std::shared_ptr<std::atomic<std::size_t>> budget_;
   cl::CommandQueue queue_;
+  bool results_ = false;
 };
 
 const OpenclBuffer& own(const DeviceBuffer& buffer) {
@@ -153,6 +174,12 @@ std::unique_ptr<DeviceBuffer> OpenclExecutor::allocate(std::size_t bytes, std::s
   const std::size_t size = whole_words(bytes);
   require_memory(std::max(size, bytes), true, purpose);
   return guarded(fmt::format("{} ({:.1f} MiB)", purpose, mebibytes(size)), [&]() -> std::unique_ptr<DeviceBuffer> {
+    if (found_.info.shares_host_memory) {
+      // On large pages: gathers from volumes otherwise spend their time looking up small ones.
+      HostMemory memory(allocate_results(size));
+      cl::Buffer buffer(context_, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, size, memory.get());
+      return std::make_unique<OpenclBuffer>(std::move(memory), std::move(buffer), size, queue_, bytes_in_use_);
+    }
     return std::make_unique<OpenclBuffer>(cl::Buffer(context_, CL_MEM_READ_WRITE, size), size, bytes_in_use_);
   });
 }
@@ -171,10 +198,19 @@ std::unique_ptr<DeviceBuffer> OpenclExecutor::share(const void* host, std::size_
   return guarded(fmt::format("{} ({:.1f} MiB)", purpose, mebibytes(bytes)), [&]() -> std::unique_ptr<DeviceBuffer> {
     if (in_place) {
       return std::make_unique<OpenclBuffer>(cl::Buffer(context_, CL_MEM_READ_ONLY | CL_MEM_USE_HOST_PTR, bytes, memory),
-                                            bytes, queue_);
+                                            bytes, queue_, false);
     }
     return std::make_unique<OpenclBuffer>(cl::Buffer(context_, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, bytes, memory),
                                           bytes, bytes_in_use_);
+  });
+}
+
+std::unique_ptr<DeviceBuffer> OpenclExecutor::share_results(void* host, std::size_t bytes, std::string_view purpose) {
+  const bool words = bytes != 0 && bytes % kWord == 0 && reinterpret_cast<std::uintptr_t>(host) % kWord == 0;
+  if (!words || !found_.info.shares_host_memory) return nullptr;
+  return guarded(fmt::format("{} ({:.1f} MiB)", purpose, mebibytes(bytes)), [&]() -> std::unique_ptr<DeviceBuffer> {
+    return std::make_unique<OpenclBuffer>(cl::Buffer(context_, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, bytes, host),
+                                          bytes, queue_, true);
   });
 }
 

@@ -23,6 +23,7 @@ class OpenclExecutor final : public Executor {
   const DeviceInfo& info() const override { return found_.info; }
   std::unique_ptr<DeviceBuffer> allocate(std::size_t bytes, std::string_view purpose) override;
   std::unique_ptr<DeviceBuffer> share(const void* host, std::size_t bytes, std::string_view purpose) override;
+  std::unique_ptr<DeviceBuffer> share_results(void* host, std::size_t bytes, std::string_view purpose) override;
   void write(DeviceBuffer& buffer, std::size_t offset, const void* data, std::size_t bytes) override;
   void read(const DeviceBuffer& buffer, std::size_t offset, void* data, std::size_t bytes) override;
   void prepare(const Program& program) override;

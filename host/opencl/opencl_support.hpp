@@ -27,6 +27,8 @@ auto guarded(std::string_view doing, Call call) {
     return call();
   } catch (const cl::Error& error) {
     throw translated(error, doing);
+  } catch (const std::bad_alloc&) {
+    throw Error(ErrorCode::memory, std::string(doing) + ": there is not enough memory");
   }
 }
 

@@ -100,45 +100,47 @@ void ReferenceInterrogation::measure(std::span<const glm::vec3> points, std::spa
                                       std::to_string(points.size()) + " points and " +
                                       std::to_string(directions.size()) + " directions");
   }
-  auto column = [&](Property property, auto& values, auto fill) {
-    if (contains(wanted, property)) values.assign(points.size(), fill);
+  const auto column = [&](Property property, auto fill) {
+    return Values<decltype(fill)>(contains(wanted, property) ? points.size() : 0, fill);
   };
-  column(Property::value, out.value, nan);
-  column(Property::normal, out.normal, glm::vec3(nan));
-  column(Property::gauss, out.gauss, nan);
-  column(Property::mean, out.mean, nan);
-  column(Property::principal, out.k1, nan);
-  column(Property::principal, out.k2, nan);
-  column(Property::directions, out.d1, glm::vec3(nan));
-  column(Property::directions, out.d2, glm::vec3(nan));
-  column(Property::normal_curvature, out.normal_curvature, nan);
-  out.status.assign(points.size(), PointStatus::undefined);
+  auto value = column(Property::value, nan), gauss = column(Property::gauss, nan), mean = column(Property::mean, nan),
+       k1 = column(Property::principal, nan), k2 = column(Property::principal, nan),
+       along = column(Property::normal_curvature, nan);
+  auto normal = column(Property::normal, glm::vec3(nan)), d1 = column(Property::directions, glm::vec3(nan)),
+       d2 = column(Property::directions, glm::vec3(nan));
+  Values<std::uint32_t> status(points.size(), PointStatus::undefined);
 
   auto one = [&](std::size_t i) {
     const ReferencePoint point = surface_->measure(glm::dvec3(points[i]));
     const SurfaceFrame& frame = point.frame;
-    out.status[i] = frame.status;
-    if (contains(wanted, Property::value)) out.value[i] = float(point.value);
-    if (contains(wanted, Property::normal)) out.normal[i] = glm::vec3(frame.normal);
-    if (contains(wanted, Property::gauss)) out.gauss[i] = float(frame.k1 * frame.k2);
-    if (contains(wanted, Property::mean)) out.mean[i] = float(0.5 * (frame.k1 + frame.k2));
+    status[i] = frame.status;
+    if (contains(wanted, Property::value)) value[i] = float(point.value);
+    if (contains(wanted, Property::normal)) normal[i] = glm::vec3(frame.normal);
+    if (contains(wanted, Property::gauss)) gauss[i] = float(frame.k1 * frame.k2);
+    if (contains(wanted, Property::mean)) mean[i] = float(0.5 * (frame.k1 + frame.k2));
     if (contains(wanted, Property::principal)) {
-      out.k1[i] = float(frame.k1);
-      out.k2[i] = float(frame.k2);
+      k1[i] = float(frame.k1);
+      k2[i] = float(frame.k2);
     }
     if (contains(wanted, Property::directions)) {
-      out.d1[i] = glm::vec3(frame.d1);
-      out.d2[i] = glm::vec3(frame.d2);
+      d1[i] = glm::vec3(frame.d1);
+      d2[i] = glm::vec3(frame.d2);
     }
-    if (contains(wanted, Property::normal_curvature)) {
-      out.normal_curvature[i] = float(normal_curvature(frame, glm::dvec3(directions[i])));
-    }
+    if (contains(wanted, Property::normal_curvature)) along[i] = float(normal_curvature(frame, glm::dvec3(directions[i])));
   };
   for_tiles(points.size(), options.tile, options.progress, [&](std::size_t begin, std::size_t end) {
     parallel_for((end - begin + chunk - 1) / chunk, [&](std::size_t c) {
       for (std::size_t i = begin + c * chunk; i < std::min(end, begin + (c + 1) * chunk); i++) one(i);
     });
   });
+  if (contains(wanted, Property::value)) out.value = std::move(value);
+  if (contains(wanted, Property::normal)) out.normal = std::move(normal);
+  if (contains(wanted, Property::gauss)) out.gauss = std::move(gauss);
+  if (contains(wanted, Property::mean)) out.mean = std::move(mean);
+  if (contains(wanted, Property::principal)) out.k1 = std::move(k1), out.k2 = std::move(k2);
+  if (contains(wanted, Property::directions)) out.d1 = std::move(d1), out.d2 = std::move(d2);
+  if (contains(wanted, Property::normal_curvature)) out.normal_curvature = std::move(along);
+  out.status = std::move(status);
   out.measured |= wanted;
 }
 

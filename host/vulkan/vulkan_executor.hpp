@@ -20,6 +20,8 @@ class VulkanExecutor final : public Executor {
   const DeviceInfo& info() const override { return info_; }
   std::unique_ptr<DeviceBuffer> allocate(std::size_t bytes, std::string_view purpose) override;
   std::unique_ptr<DeviceBuffer> share(const void* host, std::size_t bytes, std::string_view purpose) override;
+  // Imported memory is only read: writing to it would need what the driver caches to be flushed page by page.
+  std::unique_ptr<DeviceBuffer> share_results(void*, std::size_t, std::string_view) override { return nullptr; }
   void write(DeviceBuffer& buffer, std::size_t offset, const void* data, std::size_t bytes) override;
   void read(const DeviceBuffer& buffer, std::size_t offset, void* data, std::size_t bytes) override;
   void prepare(const Program& program) override;

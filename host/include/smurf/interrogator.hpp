@@ -56,16 +56,16 @@ enum class BadRays { flag, error };  // flag: the ray has no hits and RayStatus:
 struct CastOptions {
   Hits hits = Hits::first;
   BadRays bad_rays = BadRays::flag;
-  std::uint32_t properties = 0;  // evaluated tile by tile along with the hits; others follow on demand
+  std::uint32_t properties = 0;  // evaluated along with the hits; others follow on demand
   std::size_t tile = 0;          // rays on the device at a time; 0 lets the device decide. Results do not depend on it.
   std::function<void(std::size_t done, std::size_t total)> progress = {};  // called after each tile
 };
 
 // What was measured at a list of points. Columns that were not asked for are empty.
 struct PointProperties {
-  Values<float> value, gauss, mean, k1, k2, normal_curvature;
-  Values<glm::vec3> normal, d1, d2;
-  Values<std::uint32_t> status;  // PointStatus bits
+  Column<float> value, gauss, mean, k1, k2, normal_curvature;
+  Column<glm::vec3> normal, d1, d2;
+  Column<std::uint32_t> status;  // PointStatus bits
   std::uint32_t measured = 0;    // Property bits
 };
 
@@ -92,7 +92,7 @@ class HitList {
   std::span<const glm::vec2> principal_curvatures() const;  // k1 >= k2
   std::span<const glm::vec3> first_principal_directions() const;
   std::span<const glm::vec3> second_principal_directions() const;
-  Values<float> normal_curvatures(std::span<const glm::vec3> directions) const;  // one direction per hit
+  Column<float> normal_curvatures(std::span<const glm::vec3> directions) const;  // one direction per hit
   std::span<const std::uint32_t> point_status() const;                           // PointStatus bits
   const PointProperties& properties(std::uint32_t wanted) const;                 // several at once
 

@@ -4,7 +4,9 @@
 
 #include <cstddef>
 #include <cstdlib>
+#include <memory>
 #include <new>
+#include <span>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -40,5 +42,32 @@ struct ResultAllocator {
 
 template <class T>
 using Values = std::vector<T, ResultAllocator<T>>;
+
+// A column of results: read-only values in memory that columns and their copies share, so that a device can write many columns
+// at once and none is copied.
+template <class T>
+class Column {
+ public:
+  using value_type = T;
+  Column() = default;
+  Column(std::shared_ptr<const void> owner, std::span<const T> values) : owner_(std::move(owner)), values_(values) {}
+  Column(Values<T> values) {
+    const auto kept = std::make_shared<const Values<T>>(std::move(values));
+    values_ = *kept;
+    owner_ = kept;
+  }
+
+  std::size_t size() const { return values_.size(); }
+  bool empty() const { return values_.empty(); }
+  const T& operator[](std::size_t index) const { return values_[index]; }
+  const T* data() const { return values_.data(); }
+  auto begin() const { return values_.begin(); }
+  auto end() const { return values_.end(); }
+  operator std::span<const T>() const { return values_; }
+
+ private:
+  std::shared_ptr<const void> owner_;
+  std::span<const T> values_;
+};
 
 }  // namespace smurf
