@@ -24,8 +24,8 @@ constexpr std::size_t rays_in_image_tile = (1 << 21) - 1;  // what kernels/core/
 constexpr std::size_t points_in_tile = 1 << 20;
 constexpr std::size_t slots_in_tile = 1 << 20;  // capacity × rays, at 12 bytes
 constexpr int capacity_of_all = 8;              // hits per ray to begin with
-constexpr int rays_in_block = 16;  // counted and ordered by one work item
-constexpr int tile_rows = 4;  // rows of pixels that kernels take together
+constexpr int rays_in_block = 16;               // counted and ordered by one work item
+constexpr int tile_rows = 4;                    // rows of pixels that kernels take together
 
 struct BlockSum {
   std::int32_t hits, most, invalid;
@@ -114,7 +114,8 @@ class DeviceInterrogation final : public Interrogation {
     std::unique_ptr<DeviceBuffer> all_points, all_directions;
     if (results) {
       all_points = executor_.share(points.data(), points.size_bytes(), "points");
-      if (!directions.empty()) all_directions = executor_.share(directions.data(), directions.size_bytes(), "directions");
+      if (!directions.empty())
+        all_directions = executor_.share(directions.data(), directions.size_bytes(), "directions");
     }
     for (std::size_t first = 0; first < points.size(); first += step) {
       const std::size_t count = std::min(step, points.size() - first);
@@ -123,8 +124,8 @@ class DeviceInterrogation final : public Interrogation {
                        wanted);
         if (options.progress) executor_.finish();
       } else {
-        measure_copies(points.subspan(first, count),
-                       directions.empty() ? directions : directions.subspan(first, count), wanted, first, *words);
+        measure_copies(points.subspan(first, count), directions.empty() ? directions : directions.subspan(first, count),
+                       wanted, first, *words);
       }
       if (options.progress) options.progress(first + count, points.size());
     }
@@ -345,8 +346,8 @@ class DeviceInterrogation final : public Interrogation {
   }
 
   // Hands out the columns in `words`, each `count` points long.
-  static void take_columns(const std::shared_ptr<Values<std::uint32_t>>& words, std::size_t count,
-                           std::uint32_t wanted, PointProperties& out) {
+  static void take_columns(const std::shared_ptr<Values<std::uint32_t>>& words, std::size_t count, std::uint32_t wanted,
+                           PointProperties& out) {
     std::size_t column = 0;
     const auto take = [&]<class T>(Column<T>& values) {
       values = Column<T>(words, std::span(reinterpret_cast<const T*>(words->data() + column * count), count));

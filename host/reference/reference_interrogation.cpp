@@ -126,7 +126,8 @@ void ReferenceInterrogation::measure(std::span<const glm::vec3> points, std::spa
       d1[i] = glm::vec3(frame.d1);
       d2[i] = glm::vec3(frame.d2);
     }
-    if (contains(wanted, Property::normal_curvature)) along[i] = float(normal_curvature(frame, glm::dvec3(directions[i])));
+    if (contains(wanted, Property::normal_curvature))
+      along[i] = float(normal_curvature(frame, glm::dvec3(directions[i])));
   };
   for_tiles(points.size(), options.tile, options.progress, [&](std::size_t begin, std::size_t end) {
     parallel_for((end - begin + chunk - 1) / chunk, [&](std::size_t c) {

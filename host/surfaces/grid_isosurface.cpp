@@ -22,8 +22,8 @@ namespace smurf {
 namespace {
 
 constexpr int block_cells = 4;
-constexpr int block_rows = 16;      // of cells along x, a word of distances each
-constexpr int farthest_skip = 64;   // blocks; distances of their cells must fit a byte
+constexpr int block_rows = 16;     // of cells along x, a word of distances each
+constexpr int farthest_skip = 64;  // blocks; distances of their cells must fit a byte
 
 // Sample types that kernels read as they are; all others become float on the device.
 bool native_on_device(SampleType type) {

@@ -79,12 +79,12 @@ Plan plan_of(std::span<const Shade> shades) {
 // What the hits of the batch look like to the shader; spans of the columns that the plan asked for.
 struct Columns {
   std::span<const glm::vec3> normals;
-  Values<float> numbers;  // of the quantity that is mapped to colours
+  std::span<const float> numbers;  // of the quantity that is mapped to colours
 };
 
 Columns columns_of(const HitList& hits, const Plan& plan) {
   Columns columns;
-  if (plan.colour == Shade::depth) columns.numbers.assign(hits.t().begin(), hits.t().end());
+  if (plan.colour == Shade::depth) columns.numbers = hits.t();
   if (plan.properties == 0) return columns;
   const PointProperties& values = hits.properties(plan.properties);
   columns.normals = values.normal;

@@ -67,6 +67,24 @@ std::string lower(std::string_view text) {
   return result;
 }
 
+// First hits with normals, all hits as they are (that is what the peers are asked for), and all hits with normals.
+void add_first_and_all(std::vector<Workload>& list, Workload w, const std::string& name, const std::string& text) {
+  w.kind = Kind::first_hit;
+  w.name = name + "-first";
+  w.text = text + ": first hits and normals";
+  w.properties = shading;
+  list.push_back(w);
+  w.kind = Kind::all_hits;
+  w.name = name + "-all";
+  w.text = text + ": all hits, sorted";
+  w.properties = 0;
+  list.push_back(w);
+  w.name = name + "-all-normals";
+  w.text = text + ": all hits, sorted, and normals";
+  w.properties = shading;
+  list.push_back(w);
+}
+
 // First hit and all hits of a volume that is seen whole.
 void add_whole_volume(std::vector<Workload>& list, const std::string& name, const std::string& text,
                       const std::filesystem::path& file, double isovalue) {
@@ -74,33 +92,18 @@ void add_whole_volume(std::vector<Workload>& list, const std::string& name, cons
   w.isovalue = isovalue;
   w.volume = lazily([file] { return load_volume(file); });
   w.camera = whole_volume_camera;
-  w.properties = shading;
   w.sizes = {512, 1024};
-  for (Kind kind : {Kind::first_hit, Kind::all_hits}) {
-    w.kind = kind;
-    w.name = name + (kind == Kind::first_hit ? "-first" : "-all");
-    w.text = fmt::format("{}, isovalue {}, trilinear: {} and normals", text, isovalue,
-                         kind == Kind::first_hit ? "first hits" : "all hits, sorted,");
-    list.push_back(w);
-  }
+  add_first_and_all(list, w, name, fmt::format("{}, isovalue {}, trilinear", text, isovalue));
 }
 
 void add_marschner_lobb(std::vector<Workload>& list) {
   Workload w;
   w.isovalue = 0.5;
   w.camera = marschner_lobb_camera;
-  w.properties = shading;
   w.sizes = {512, 1024};
   w.volume = lazily([] { return marschner_lobb_volume(256); });
 
-  w.name = "W1-first";
-  w.text = "Marschner-Lobb 256^3, isovalue 0.5, trilinear: first hits and normals";
-  list.push_back(w);
-
-  w.name = "W1-all";
-  w.kind = Kind::all_hits;
-  w.text = "Marschner-Lobb 256^3, isovalue 0.5, trilinear: all hits, sorted, and normals";
-  list.push_back(w);
+  add_first_and_all(list, w, "W1", "Marschner-Lobb 256^3, isovalue 0.5, trilinear");
 
   w.name = "W1-tricubic";
   w.kind = Kind::first_hit;

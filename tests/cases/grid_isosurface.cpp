@@ -10,7 +10,8 @@
 #include "harness/kernel_cover.hpp"
 #include "harness/tolerances.hpp"
 
-KERNELS(find_hits, count_blocks, order_rows, measure, bspline_prefilter, grid_bounds, grid_activate, grid_distances);
+KERNELS(find_hits, count_blocks, order_rows, measure, bspline_prefilter, grid_bounds, grid_activate, grid_distances,
+        grid_surround);
 
 namespace smurf::test {
 namespace {

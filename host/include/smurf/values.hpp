@@ -2,6 +2,7 @@
 // clearing and page faults would cost as much as a fast query itself.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdlib>
 #include <memory>
@@ -64,6 +65,7 @@ class Column {
   auto begin() const { return values_.begin(); }
   auto end() const { return values_.end(); }
   operator std::span<const T>() const { return values_; }
+  friend bool operator==(const Column& a, const Column& b) { return std::ranges::equal(a.values_, b.values_); }
 
  private:
   std::shared_ptr<const void> owner_;
