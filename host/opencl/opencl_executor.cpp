@@ -130,6 +130,7 @@ class Stopwatch {
 OpenclExecutor::OpenclExecutor(FoundDevice found, const DeviceOptions& options)
     : found_(std::move(found)),
       timing_(options.timing || std::getenv("SMURF_TIMING") != nullptr),
+      is_pocl_(found_.info.platform.find("Portable Computing Language") != std::string::npos),
       bytes_in_use_(std::make_shared<std::atomic<std::size_t>>(0)) {
   guarded(fmt::format("opening opencl:{} ({})", found_.info.index, found_.info.name), [&] {
     const cl::Device& device = found_.device;
@@ -170,11 +171,14 @@ void OpenclExecutor::require_memory(std::size_t bytes, bool counted, std::string
   }
 }
 
+// PoCL's kernels write the host's memory in place. Mesa 22.3's rusticl does not, and damages the heap beside it.
+bool OpenclExecutor::writes_host_memory() const { return is_pocl_ && found_.info.shares_host_memory; }
+
 std::unique_ptr<DeviceBuffer> OpenclExecutor::allocate(std::size_t bytes, std::string_view purpose) {
   const std::size_t size = whole_words(bytes);
   require_memory(std::max(size, bytes), true, purpose);
   return guarded(fmt::format("{} ({:.1f} MiB)", purpose, mebibytes(size)), [&]() -> std::unique_ptr<DeviceBuffer> {
-    if (found_.info.shares_host_memory) {
+    if (writes_host_memory()) {
       // On large pages: gathers from volumes otherwise spend their time looking up small ones.
       HostMemory memory(allocate_results(size));
       cl::Buffer buffer(context_, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, size, memory.get());
@@ -207,7 +211,7 @@ std::unique_ptr<DeviceBuffer> OpenclExecutor::share(const void* host, std::size_
 
 std::unique_ptr<DeviceBuffer> OpenclExecutor::share_results(void* host, std::size_t bytes, std::string_view purpose) {
   const bool words = bytes != 0 && bytes % kWord == 0 && reinterpret_cast<std::uintptr_t>(host) % kWord == 0;
-  if (!words || !found_.info.shares_host_memory) return nullptr;
+  if (!words || !writes_host_memory()) return nullptr;
   return guarded(fmt::format("{} ({:.1f} MiB)", purpose, mebibytes(bytes)), [&]() -> std::unique_ptr<DeviceBuffer> {
     return std::make_unique<OpenclBuffer>(cl::Buffer(context_, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, bytes, host),
                                           bytes, queue_, true);
@@ -338,7 +342,7 @@ cl::Program OpenclExecutor::load(const std::string& key) const {
 void OpenclExecutor::store(const std::string& key, const cl::Program& program) const {
   // PoCL generates code when it is asked for a binary, for any work-group size, and once more at the launch for
   // the size that is used: asking doubles the time to compile. It keeps a cache of its own, by source.
-  if (found_.info.platform.find("Portable Computing Language") != std::string::npos) return;
+  if (is_pocl_) return;
   try {
     const auto binaries = program.getInfo<CL_PROGRAM_BINARIES>();
     if (binaries.size() == 1 && !binaries[0].empty()) store_cached(key, binaries[0].data(), binaries[0].size());

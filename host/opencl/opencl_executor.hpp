@@ -34,6 +34,7 @@ class OpenclExecutor final : public Executor {
 
  private:
   void require_memory(std::size_t bytes, bool counted, std::string_view purpose) const;
+  bool writes_host_memory() const;
   std::size_t work_group(const KernelSpec& spec) const;
   cl::Kernel& kernel_of(const Program& program);
   cl::Program build(const Program& program, const std::string& source);
@@ -49,6 +50,7 @@ class OpenclExecutor final : public Executor {
   std::string build_options_;
   std::string compiler_;  // identifies what turns source into a binary
   bool timing_ = false;
+  bool is_pocl_ = false;
   cl::Buffer dummy_;
   std::shared_ptr<std::atomic<std::size_t>> bytes_in_use_;  // shared with the buffers, which may live longer
   std::map<Program, cl::Kernel> kernels_;
