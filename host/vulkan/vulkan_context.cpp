@@ -4,6 +4,10 @@
 // else is asked for at most. Numbers count the fit devices in the loader's order.
 #include "vulkan/vulkan_context.hpp"
 
+#ifdef __SANITIZE_ADDRESS__
+#include <dlfcn.h>
+#include <link.h>
+#endif
 #include <algorithm>
 #include <optional>
 
@@ -40,6 +44,22 @@ bool contains_name(const std::vector<Properties>& all, std::string_view name) {
       return std::string_view(one.extensionName.data()) == name;
     }
   });
+}
+
+// Leaks of drivers and layers can be told from our own only while their libraries stand in memory, and those that the loader
+// has unloaded when the process ends have no names any more.
+void keep_libraries() {
+#ifdef __SANITIZE_ADDRESS__
+  std::vector<std::string> names;
+  dl_iterate_phdr(
+      [](dl_phdr_info* library, std::size_t, void* list) {
+        if (library->dlpi_name && *library->dlpi_name)
+          static_cast<std::vector<std::string>*>(list)->push_back(library->dlpi_name);
+        return 0;
+      },
+      &names);
+  for (const std::string& name : names) dlopen(name.c_str(), RTLD_LAZY | RTLD_NOLOAD | RTLD_NODELETE);
+#endif
 }
 
 vk::raii::Instance open_instance(const vk::raii::Context& loader, Messages* validation) {
@@ -188,6 +208,7 @@ Context::Context(std::string_view which, const DeviceOptions& options) : loader_
     info_ = describe(physical_, int(*chosen));
     open_device();
   });
+  keep_libraries();
   messages_->check();
 }
 
@@ -230,6 +251,7 @@ std::vector<DeviceInfo> list_devices() {
     const vk::raii::Instance instance = open_instance(loader, nullptr);
     for (const vk::raii::PhysicalDevice& device : fit_devices(instance))
       infos.push_back(describe(device, int(infos.size())));
+    keep_libraries();
   } catch (const std::exception&) {
     // No loader, no driver, or one that fails: nothing can run here.
   }
