@@ -56,6 +56,7 @@
 #define square_root(x) sqrt(x)
 
 #define FN static inline __attribute__((always_inline))
+#define FN_SHARED static __attribute__((noinline))  // long, and called from many places: compiled once
 #define STRUCT(name) typedef struct name name; struct name
 #define UNROLL _Pragma("unroll")
 #define WORK_GROUP __attribute__((reqd_work_group_size(GROUP, 1, 1)))

@@ -27,6 +27,7 @@
 #define square_root(x) sqrt(x)
 
 #define FN
+#define FN_SHARED
 #define STRUCT(name) struct name
 #define UNROLL [[unroll]]
 

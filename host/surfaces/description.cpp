@@ -24,6 +24,7 @@ Bounds Surface::bounds() const { return model_->bounds(); }
 
 const std::map<std::string, SurfaceReader>& surface_readers() {
   static const std::map<std::string, SurfaceReader> readers{
+      {"implicit", read_implicit},
       {"isosurface", read_isosurface},
   };
   return readers;

@@ -50,6 +50,7 @@ std::shared_ptr<const SurfaceModel> read_grid(const json& field, const std::file
 
 const std::map<std::string, FieldReader>& field_readers() {
   static const std::map<std::string, FieldReader> readers{
+      {"expression", read_expression_isosurface},
       {"grid", read_grid},
   };
   return readers;

@@ -54,7 +54,12 @@ using SurfaceReader =
 // The list of kinds that descriptions can name: "isosurface" -> reader. One line per kind, in description.cpp.
 const std::map<std::string, SurfaceReader>& surface_readers();
 
+std::shared_ptr<const SurfaceModel> read_implicit(const nlohmann::json& description,
+                                                  const std::filesystem::path& folder);
 std::shared_ptr<const SurfaceModel> read_isosurface(const nlohmann::json& description,
                                                     const std::filesystem::path& folder);
+// The isosurface of a field of kind "expression".
+std::shared_ptr<const SurfaceModel> read_expression_isosurface(const nlohmann::json& field,
+                                                               const std::filesystem::path& folder, double isovalue);
 
 }  // namespace smurf

@@ -3,7 +3,10 @@
 
 #include <filesystem>
 #include <glm/glm.hpp>
+#include <map>
 #include <memory>
+#include <optional>
+#include <string>
 #include <string_view>
 
 #include "smurf/volume.hpp"
@@ -47,6 +50,27 @@ class Surface {
 // The surface f = isovalue of a sampled field. Normals point to smaller values: n = -∇f/|∇f|.
 // Throws Error (input) when the isovalue is not finite.
 Surface isosurface(const Volume& volume, double isovalue, const GridOptions& options = {});
+
+// Where an expression is looked at: a box, and with a radius only what lies of it within that distance of the origin.
+struct Domain {
+  glm::dvec3 lower{0.0}, upper{0.0};
+  double radius = 0;
+};
+
+using Parameters = std::map<std::string, double>;  // named constants of an expression
+
+// The surface f = 0 of an equation in x, y, z: + - * / ^, numbers, pi, e, sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt abs
+// min max floor mod pow. Normals point to greater values: n = ∇f/|∇f|. Every root on a ray is found or enclosed, by interval arithmetic
+// in float; where the function is undefined there is no surface. Throws Error (input) that says where the text is wrong.
+Surface implicit(std::string_view equation, const Domain& domain, const Parameters& parameters = {});
+
+// The surface f = isovalue of an expression. Normals point to smaller values: n = -∇f/|∇f|.
+Surface isosurface(std::string_view expression, double isovalue, const Domain& domain,
+                   const Parameters& parameters = {});
+
+// An equation from a file: .jsurf (algebraic surfaces; the domain is a ball of radius 5 unless given) or .vm (tapes of operations; the
+// domain is [-1, 1]³ unless given).
+Surface load_implicit(const std::filesystem::path& file, const std::optional<Domain>& domain = std::nullopt);
 
 // Reads a surface description (JSON); file names in it are relative to the description.
 // Throws Error (input) that names the file and the member that is wrong.

@@ -1,0 +1,77 @@
+#include "expression/evaluate.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+
+#include "smurf/error.hpp"
+
+namespace smurf::expression {
+namespace {
+
+constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
+
+// The standard's pow(1, NaN) and pow(NaN, 0) are 1.
+double power(double a, double b) {
+  if (std::isnan(a) || std::isnan(b) || (a == 0 && b < 0)) return undefined;
+  return std::pow(a, b);
+}
+
+}  // namespace
+
+// clang-format off
+double apply(Op op, double value, double a, double b, double c, double d) {
+  switch (op) {
+    case Op::constant: return value;
+    case Op::variable: return undefined;
+    case Op::negate: return -a;
+    case Op::absolute: return std::abs(a);
+    case Op::sign: return a > 0 ? 1 : a < 0 ? -1 : a == 0 ? 0 : undefined;
+    case Op::floor: return std::floor(a);
+    case Op::square_root: return std::sqrt(a);
+    case Op::exponential: return std::exp(a);
+    case Op::logarithm: return a > 0 ? std::log(a) : undefined;
+    case Op::sine: return std::sin(a);
+    case Op::cosine: return std::cos(a);
+    case Op::tangent: return std::tan(a);
+    case Op::arcsine: return std::asin(a);
+    case Op::arccosine: return std::acos(a);
+    case Op::arctangent: return std::atan(a);
+    case Op::hyperbolic_sine: return std::sinh(a);
+    case Op::hyperbolic_cosine: return std::cosh(a);
+    case Op::hyperbolic_tangent: return std::tanh(a);
+    case Op::add: return a + b;
+    case Op::subtract: return a - b;
+    case Op::multiply: return a * b;
+    case Op::divide: return b == 0 ? undefined : a / b;
+    case Op::power_integer: return power(a, value);
+    case Op::power: return power(a, b);
+    case Op::arctangent2: return a == 0 && b == 0 ? undefined : std::atan2(a + 0.0, b);  // -0 is on no other side than 0
+    case Op::minimum: return std::isnan(a) || std::isnan(b) ? undefined : std::fmin(a, b);
+    case Op::maximum: return std::isnan(a) || std::isnan(b) ? undefined : std::fmax(a, b);
+    case Op::modulo: return b == 0 ? undefined : a - b * std::floor(a / b);
+    case Op::choose: return std::isnan(a) || std::isnan(b) ? undefined : a <= b ? c : d;
+  }
+  return undefined;
+}
+// clang-format on
+
+void Evaluator::operator()(std::span<const double> variables, std::span<double> results,
+                           std::vector<double>& scratch) const {
+  if (int(variables.size()) < program_.variables || results.size() != program_.roots.size())
+    throw Error(ErrorCode::usage,
+                fmt::format("an expression of {} variables and {} results was given {} and room for {}",
+                            program_.variables, program_.roots.size(), variables.size(), results.size()));
+  scratch.resize(program_.nodes.size());
+  for (std::size_t i = 0; i < program_.nodes.size(); i++) {
+    const Node& node = program_.nodes[i];
+    const auto& from = node.arguments;
+    scratch[i] = node.op == Op::variable ? variables[std::size_t(node.value)]
+                                         : apply(node.op, node.value, scratch[from[0]], scratch[from[1]],
+                                                 scratch[from[2]], scratch[from[3]]);
+  }
+  for (std::size_t i = 0; i < results.size(); i++) results[i] = scratch[program_.roots[i]];
+}
+
+}  // namespace smurf::expression

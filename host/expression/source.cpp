@@ -1,0 +1,87 @@
+#include "expression/source.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <iterator>
+
+#include "smurf/error.hpp"
+
+namespace smurf::expression {
+namespace {
+
+// clang-format off
+// In the order of Op; a variable has no statement.
+constexpr std::array<std::string_view, operation_count> words = {
+    "CONSTANT", "", "NEGATE", "ABSOLUTE", "SIGN", "FLOOR", "SQUARE_ROOT", "EXPONENTIAL", "LOGARITHM", "SINE", "COSINE",
+    "TANGENT", "ARCSINE", "ARCCOSINE", "ARCTANGENT", "HYPERBOLIC_SINE", "HYPERBOLIC_COSINE", "HYPERBOLIC_TANGENT",
+    "ADD", "SUBTRACT", "MULTIPLY", "DIVIDE", "POWER_INTEGER", "POWER", "ARCTANGENT2", "MINIMUM", "MAXIMUM", "MODULO",
+    "CHOOSE"};
+// clang-format on
+
+float as_float(double value) {
+  const float rounded = float(value);
+  if (!std::isfinite(rounded))
+    throw Error(ErrorCode::input, fmt::format("the constant {} of an expression is too great for single precision, "
+                                              "which reaches 3.4e38; scale the expression",
+                                              value));
+  return rounded;
+}
+
+// The graph puts the constant of a sum or product second.
+bool takes_constant(const Program& program, const Node& node) {
+  return (node.op == Op::add || node.op == Op::multiply) && program.nodes[node.arguments[1]].op == Op::constant;
+}
+
+// Constants that stand in a statement of their own.
+std::vector<bool> constants_with_names(const Program& program) {
+  std::vector<bool> named(program.nodes.size(), false);
+  for (const Node& node : program.nodes) {
+    const int with_name = takes_constant(program, node) ? 1 : arity(node.op);
+    for (int i = 0; i < with_name; i++) named[node.arguments[std::size_t(i)]] = true;
+  }
+  for (const NodeId root : program.roots) named[root] = true;
+  return named;
+}
+
+}  // namespace
+
+std::string float_literal(float value) {
+  std::string text = fmt::format("{}", value);
+  if (text.find_first_of(".e") == text.npos) text += ".0";
+  return text + "f";
+}
+
+std::string device_source(const Graph& graph, std::span<const NodeId> roots, std::string_view prefix,
+                          std::vector<std::string>& names) {
+  const Program program = make_program(graph, roots);
+  const std::vector<bool> named = constants_with_names(program);
+  std::vector<NodeId> numbers(program.nodes.size());  // of statements, by node
+  const auto name = [&](NodeId id) {
+    const Node& node = program.nodes[id];
+    return node.op == Op::variable ? fmt::format("v{}", int(node.value)) : fmt::format("{}n{}", prefix, numbers[id]);
+  };
+
+  std::string text;
+  NodeId statements = 0;
+  for (std::size_t id = 0; id < program.nodes.size(); id++) {
+    const Node& node = program.nodes[id];
+    if (node.op == Op::variable || (node.op == Op::constant && !named[id])) continue;
+    numbers[id] = statements++;
+    const bool constant = takes_constant(program, node);
+    std::string arguments;
+    const auto add = [&](const std::string& argument) { arguments += (arguments.empty() ? "" : ", ") + argument; };
+    for (int i = 0; i < (constant ? 1 : arity(node.op)); i++) add(name(node.arguments[std::size_t(i)]));
+    if (constant) add(float_literal(as_float(program.nodes[node.arguments[1]].value)));
+    if (node.op == Op::constant) add(float_literal(as_float(node.value)));
+    if (node.op == Op::power_integer) add(fmt::format("{}", int(node.value)));
+    fmt::format_to(std::back_inserter(text), "    NUMBER {} = OP_{}{}({});\n", name(NodeId(id)),
+                   words[std::size_t(node.op)], constant ? "_CONSTANT" : "", arguments);
+  }
+  names.clear();
+  for (const NodeId root : program.roots) names.push_back(name(root));
+  return text;
+}
+
+}  // namespace smurf::expression

@@ -1,0 +1,40 @@
+// Expressions as device source, in the common subset of OpenCL C and GLSL: one statement per operation, over a
+// vocabulary of macros, so that one text serves several arithmetics (numbers, intervals, numbers with derivatives).
+//
+//   NUMBER n0 = OP_MULTIPLY_CONSTANT(v0, 2.5f);
+//   NUMBER n1 = OP_SINE(n0);
+//   NUMBER n2 = OP_POWER_INTEGER(n1, 3);
+//
+// The kernels define NUMBER and, of OP_<NAME>(arguments):
+//
+//   CONSTANT(c)
+//   NEGATE ABSOLUTE SIGN FLOOR SQUARE_ROOT EXPONENTIAL LOGARITHM SINE COSINE TANGENT ARCSINE ARCCOSINE ARCTANGENT
+//   HYPERBOLIC_SINE HYPERBOLIC_COSINE HYPERBOLIC_TANGENT                        (a)
+//   ADD SUBTRACT MULTIPLY DIVIDE POWER ARCTANGENT2 MINIMUM MAXIMUM MODULO       (a, b)
+//   ADD_CONSTANT MULTIPLY_CONSTANT                                              (a, c)
+//   POWER_INTEGER                                                               (a, n), n an int literal
+//   CHOOSE                                                                      (a, b, c, d): a <= b ? c : d
+//
+// Here a, b, ... are names; c is a float literal, with its sign and the suffix f. Constants are rounded to float: an
+// interval arithmetic must widen them by half a unit in the last place, and what is too small for a float becomes 0.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "expression/graph.hpp"
+
+namespace smurf::expression {
+
+// The statements, and in `names` one name per root, which is a statement's or a variable's. Statements are named
+// <prefix>n0, <prefix>n1, ...; variables are v0, v1, ... whatever the prefix. Throws Error (input) when a constant is
+// too great for a float.
+std::string device_source(const Graph& graph, std::span<const NodeId> roots, std::string_view prefix,
+                          std::vector<std::string>& names);
+
+// A literal that reads back to the same float in both languages.
+std::string float_literal(float value);
+
+}  // namespace smurf::expression

@@ -1,0 +1,247 @@
+// Surfaces given by expressions: every root on every ray, on every device, against the reference; normals and curvatures; no hit where
+// a function is undefined; closed forms.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <random>
+
+#include "harness/devices.hpp"
+#include "harness/kernel_cover.hpp"
+#include "smurf/error.hpp"
+#include "smurf/interrogator.hpp"
+
+KERNELS(find_hits, count_blocks, order_rows, measure);
+
+namespace smurf::test {
+namespace {
+
+// t: a float's last place at the far end of the ray, and as much for the sum of the entry and what follows it. Roots this close to the
+// border of the domain, in parts of its size, may be found or not: devices clip in floats.
+constexpr double rounding_of_t = 1.2e-7;
+constexpr double border = 2e-6;
+constexpr double flagged_part = 1e-3;  // of random rays, at most
+
+constexpr std::uint32_t shape =
+    Property::value | Property::normal | Property::gauss | Property::mean | Property::principal;
+
+// Lines through two random points of the box, from outside of it.
+RayBatch chords(const Bounds& box, std::size_t count, unsigned seed) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> unit(0, 1);
+  const auto point = [&] {
+    return box.lower + (box.upper - box.lower) * glm::dvec3(unit(random), unit(random), unit(random));
+  };
+  const double size = glm::length(box.upper - box.lower);
+  RayBatch rays(count);
+  for (std::size_t i = 0; i < count; i++) {
+    const glm::dvec3 a = point(), b = point();
+    const glm::dvec3 direction = (0.25 + unit(random)) * glm::normalize(b - a);
+    rays.set(i, {glm::vec3(a - 1.5 * size * glm::normalize(b - a)), glm::vec3(direction)});
+  }
+  return rays;
+}
+
+// Where the ray is in the box.
+std::pair<double, double> range_in(const Bounds& box, const Ray& ray) {
+  double enter = ray.t_min, leave = ray.t_max;
+  for (int axis = 0; axis < 3; axis++) {
+    const double o = ray.origin[axis], d = ray.direction[axis];
+    const double a = (box.lower[axis] - o) / d, b = (box.upper[axis] - o) / d;
+    enter = std::max(enter, std::min(a, b));
+    leave = std::min(leave, std::max(a, b));
+  }
+  return {enter, leave};
+}
+
+struct Found {
+  std::vector<double> t, uncertainty;
+  bool flagged = false;
+};
+
+Found found_on(const HitList& hits, std::size_t ray, double low, double high) {
+  Found found;
+  for (std::size_t i = hits.offsets()[ray]; i < hits.offsets()[ray + 1]; i++) {
+    found.flagged = found.flagged || hits.status()[i] != HitStatus::isolated;
+    if (hits.t()[i] < low || hits.t()[i] > high) continue;
+    found.t.push_back(hits.t()[i]);
+    found.uncertainty.push_back(hits.uncertainty()[i]);
+  }
+  return found;
+}
+
+void compare_roots(const std::string& name, const Surface& surface, const TestDevice& device, const RayBatch& rays,
+                   const HitList& mine, const HitList& truth) {
+  std::size_t roots = 0, flagged = 0, wrong = 0;
+  double worst = 0;
+  for (std::size_t i = 0; i < rays.size(); i++) {
+    const Ray ray = rays[i];
+    const auto [enter, leave] = range_in(surface.bounds(), ray);
+    const double margin =
+        border * glm::length(surface.bounds().upper - surface.bounds().lower) / glm::length(ray.direction);
+    const Found a = found_on(mine, i, enter + margin, leave - margin),
+                b = found_on(truth, i, enter + margin, leave - margin);
+    roots += b.t.size();
+    flagged += a.flagged;
+    // Whatever is not flagged is claimed to be exactly what there is.
+    if (a.flagged || b.flagged) continue;
+    bool right = a.t.size() == b.t.size();
+    for (std::size_t k = 0; right && k < a.t.size(); k++) {
+      const double off = std::abs(a.t[k] - b.t[k]);
+      const double allowed = a.uncertainty[k] + b.uncertainty[k] + rounding_of_t * std::abs(leave);
+      worst = std::max(worst, off / allowed);
+      right = off <= 2 * allowed;
+    }
+    if (right) continue;
+    if (wrong++ < 3) {
+      ADD_FAILURE() << name << ", " << device.label << ", ray " << i << ": " << a.t.size() << " hits, " << b.t.size()
+                    << " roots; origin " << ray.origin.x << " " << ray.origin.y << " " << ray.origin.z << ", direction "
+                    << ray.direction.x << " " << ray.direction.y << " " << ray.direction.z;
+    }
+  }
+  std::cout << "  " << name << ", " << device.label << ": " << rays.size() << " rays, " << roots << " roots, "
+            << flagged << " rays flagged, " << wrong << " wrong, t off by " << worst << " of what is allowed\n";
+  EXPECT_EQ(wrong, 0u) << name << ", " << device.label;
+  EXPECT_LE(double(flagged), flagged_part * double(rays.size()) + 1) << name << ", " << device.label;
+  EXPECT_GT(roots, rays.size() / 20) << name << ": the rays show nothing";
+}
+
+// The reference measures at the very locations that the device measured at.
+void compare_shapes(const std::string& name, const TestDevice& device, const HitList& mine,
+                    const Interrogator& reference) {
+  const PointProperties& a = mine.properties(shape);
+  const PointProperties b = reference.probe(mine.locations(), shape);
+  double normals = 0, curvatures = 0;
+  std::size_t compared = 0;
+  for (std::size_t i = 0; i < mine.size(); i++) {
+    if ((a.status[i] & PointStatus::undefined) || (b.status[i] & PointStatus::undefined)) continue;
+    compared++;
+    normals = std::max(normals, double(glm::distance(a.normal[i], b.normal[i])));
+    const double size = std::max(std::abs(b.k1[i]), std::abs(b.k2[i]));
+    if (size < 1e-3) continue;
+    curvatures =
+        std::max(curvatures, double(std::max(std::abs(a.k1[i] - b.k1[i]), std::abs(a.k2[i] - b.k2[i]))) / size);
+    curvatures = std::max(curvatures, std::abs(a.mean[i] - b.mean[i]) / size);
+    curvatures = std::max(curvatures, std::abs(a.gauss[i] - b.gauss[i]) / (size * size));
+  }
+  std::cout << "    " << compared << " of " << mine.size() << " points: normals " << normals << ", curvatures "
+            << curvatures << "\n";
+  EXPECT_GT(compared, mine.size() * 9 / 10) << name;
+  EXPECT_LE(normals, 1e-5) << name << ", " << device.label;
+  // Relative to the greater principal curvature; second derivatives of a few dozen float operations.
+  EXPECT_LE(curvatures, 1e-4) << name << ", " << device.label;
+}
+
+void run(const std::string& name, const Surface& surface, std::size_t count, bool smooth = true) {
+  const RayBatch rays = chords(surface.bounds(), count, 17);
+  const Interrogator reference(reference_device(), surface);
+  const HitList truth = reference.cast(rays, {.hits = Hits::all});
+  for (TestDevice& device : one_of_each()) {
+    if (device.name == "reference") continue;
+    const Interrogator query(device.device, surface);
+    const HitList all = query.cast(rays, {.hits = Hits::all});
+    compare_roots(name, surface, device, rays, all, truth);
+    if (smooth) compare_shapes(name, device, all, reference);
+    // First hits are the first of all hits.
+    const HitList first = query.cast(rays, {.hits = Hits::first});
+    for (std::size_t i = 0; i < rays.size(); i++) {
+      const std::size_t hits = all.offsets()[i + 1] - all.offsets()[i];
+      ASSERT_EQ(first.offsets()[i + 1] - first.offsets()[i], std::min<std::size_t>(hits, 1)) << name << ", ray " << i;
+      if (hits > 0) {
+        ASSERT_EQ(first.t()[first.offsets()[i]], all.t()[all.offsets()[i]]) << name << ", ray " << i;
+      }
+    }
+  }
+}
+
+Domain box(double half) { return {glm::dvec3(-half), glm::dvec3(half)}; }
+
+TEST(ImplicitSurfaces, Tanglecube) { run("tanglecube", implicit("x^4-5*x^2+y^4-5*y^2+z^4-5*z^2+11.8", box(3)), 4000); }
+
+TEST(ImplicitSurfaces, Gyroid) { run("gyroid", implicit("sin(x)*cos(y)+sin(y)*cos(z)+sin(z)*cos(x)", box(4)), 3000); }
+
+TEST(ImplicitSurfaces, BarthSextic) {
+  run("Barth sextic",
+      implicit("4*(t^2*x^2-y^2)*(t^2*y^2-z^2)*(t^2*z^2-x^2)-(1+2*t)*(x^2+y^2+z^2-1)^2",
+               {glm::dvec3(-2), glm::dvec3(2), 2}, {{"t", 1.618033988749895}}),
+      3000, false);
+}
+
+TEST(ImplicitSurfaces, CutsAndRoots) {
+  run("cut", implicit("max(sqrt(x^2+y^2+z^2)-1.5, -(abs(x)+abs(y)+abs(z)-1.7))", box(2)), 3000, false);
+}
+
+TEST(ImplicitSurfaces, IsosurfacesOfExpressions) {
+  const Surface surface = isosurface("exp(-(x^2+y^2+2*z^2))+0.5*exp(-((x-1)^2+y^2+z^2))", 0.3, box(2.5));
+  EXPECT_EQ(surface.kind(), "isosurface");
+  run("blobs", surface, 3000);
+  // Out of the denser side.
+  for (TestDevice& device : one_of_each()) {
+    const PointProperties p = Interrogator(device.device, surface).probe(std::vector{glm::vec3(-1, 0, 0)}, shape);
+    EXPECT_LT(p.normal[0].x, -0.99f) << device.label;
+    EXPECT_NEAR(p.value[0], std::exp(-1.0) + 0.5 * std::exp(-4.0), 1e-6) << device.label;
+  }
+}
+
+TEST(ImplicitSurfaces, NothingWhereAFunctionIsUndefined) {
+  struct Sheet {
+    const char* equation;
+    std::size_t hits;  // along x through y = 0.3, z = 0.2
+  };
+  for (const Sheet& sheet :
+       {Sheet{"1/x", 0}, Sheet{"tan(x)", 1}, Sheet{"log(x)", 1}, Sheet{"sqrt(x)-1", 1}, Sheet{"1/x-1", 1},
+        Sheet{"(x^2-1)/(x-1)", 1}, Sheet{"log(-2-x^2)", 0}, Sheet{"asin(x)-0.5", 1}}) {
+    const Surface surface = implicit(sheet.equation, box(2.5));
+    RayBatch rays(1);
+    rays.set(0, {{-3.1f, 0.3f, 0.2f}, {1, 0, 0}});
+    for (TestDevice& device : one_of_each()) {
+      const HitList hits = Interrogator(device.device, surface).cast(rays, {.hits = Hits::all});
+      EXPECT_EQ(hits.size(), sheet.hits) << sheet.equation << ", " << device.label;
+      for (HitStatus status : hits.status())
+        EXPECT_EQ(status, HitStatus::isolated) << sheet.equation << ", " << device.label;
+    }
+  }
+}
+
+TEST(ImplicitSurfaces, SpheresInClosedForm) {
+  for (TestDevice& device : one_of_each()) {
+    Interrogator query(device.device, implicit("x^2+y^2+z^2-4", box(3)));
+    RayBatch rays(3);
+    rays.set(0, {{-5, 0.5f, 0.25f}, {1, 0, 0}});
+    rays.set(1, {{-5, 2, 0}, {1, 0, 0}});  // touches
+    rays.set(2, {{0, 0, 0}, {0, 0, 2}});   // from inside, not normalised
+    const HitList hits = query.cast(rays, {.hits = Hits::all, .properties = shape});
+    ASSERT_EQ(hits.offsets()[1], 2u) << device.label;
+    const double half = std::sqrt(4 - 0.25 - 0.0625);
+    EXPECT_NEAR(hits.t()[0], 5 - half, 2e-6) << device.label;
+    EXPECT_NEAR(hits.t()[1], 5 + half, 2e-6) << device.label;
+    EXPECT_NEAR(hits.properties(shape).k1[0], 0.5, 1e-6) << device.label;
+    EXPECT_NEAR(hits.properties(shape).gauss[0], 0.25, 1e-6) << device.label;
+    EXPECT_LT(hits.normals()[0].x, 0) << device.label;
+    ASSERT_EQ(hits.offsets()[2], 3u) << device.label;
+    EXPECT_NE(hits.status()[2], HitStatus::isolated) << device.label;
+    EXPECT_LE(std::abs(hits.t()[2] - 5), hits.uncertainty()[2]) << device.label;
+    ASSERT_EQ(hits.offsets()[3], 4u) << device.label;
+    EXPECT_NEAR(hits.t()[3], 1, 1e-6) << device.label;
+  }
+}
+
+TEST(ImplicitSurfaces, BadEquationsAreRefused) {
+  const auto refused = [](auto make, const std::string& fragment) {
+    try {
+      make();
+      ADD_FAILURE() << "accepted; expected: " << fragment;
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find(fragment), std::string::npos) << error.what();
+      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+    }
+  };
+  refused([] { implicit("x+*y", box(1)); }, "column 3");
+  refused([] { implicit("x+w", box(1)); }, "w");
+  refused([] { implicit("x", {glm::dvec3(1), glm::dvec3(-1)}); }, "domain");
+  refused([] { isosurface("x", std::nan(""), box(1)); }, "isovalue");
+}
+
+}  // namespace
+}  // namespace smurf::test
