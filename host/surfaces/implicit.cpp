@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "expression/polynomial_source.hpp"
 #include "expression/source.hpp"
 #include "implicit_parameters.inc"
 #include "smurf/error.hpp"
@@ -31,26 +32,47 @@ std::string function_source(const Graph& graph, std::span<const NodeId> roots, s
   return text + fmt::vformat(after, arguments) + "}\n";
 }
 
-std::string expression_source(const ImplicitFunction& function) {
+// Polynomials of this degree at most are restricted to rays as such. Of higher ones the values far from the surface are so large that their
+// rounding hides it; interval arithmetic narrows down to where they are small.
+constexpr int greatest_degree = 6;
+constexpr std::size_t most_operations = 200;
+
+bool is_handled_as_polynomial(const ImplicitFunction& function) {
+  const std::vector<NodeId> value{function.value};
+  return function.degree >= 1 && function.degree <= greatest_degree &&
+         expression::reachable(function.graph, value).size() <= most_operations;
+}
+
+// What is asked of the expression along rays (kernels/core/piece_*.inc) and at points (implicit.inc).
+std::string expression_source(const ImplicitFunction& function, bool polynomial) {
   const Graph& graph = function.graph;
   const std::vector<NodeId> value{function.value};
   std::vector<NodeId> jet{function.value};
   jet.insert(jet.end(), function.gradient.begin(), function.gradient.end());
   jet.insert(jet.end(), function.hessian.begin(), function.hessian.end());
   std::string text;
-  text += "#include \"dual_vocabulary.inc\"\n#include \"dual_nowhere.inc\"\n";
-  text += function_source(graph, value, "Span expression_span(Dual v0, Dual v1, Dual v2)",
-                          "  mask nowhere = mask_none();\n",
-                          "  Span span;\n  span.field = {0};\n  span.nowhere = nowhere;\n  return span;\n");
+  if (polynomial) {
+    text +=
+        "FN Piece expression_piece(real from_x, real to_x, real error_x, real from_y, real to_y, real error_y,\n"
+        "                          real from_z, real to_z, real error_z, real level) {\n  Piece piece;\n";
+    text += expression::polynomial_source(graph, function.value, function.degree) + "  return piece;\n}\n";
+  } else {
+    text += "#include \"dual_vocabulary.inc\"\n#include \"dual_nowhere.inc\"\n";
+    text += function_source(graph, value, "Span expression_span(Dual v0, Dual v1, Dual v2)",
+                            "  mask nowhere = mask_none();\n",
+                            "  Span span;\n  span.field = {0};\n  span.nowhere = nowhere;\n  return span;\n");
+  }
   text += "#include \"interval_vocabulary.inc\"\nSTRUCT(Interval3) { Interval x, y, z; };\n";
-  text += function_source(graph, value, "Interval expression_point(Interval v0, Interval v1, Interval v2)", "",
-                          "  return {0};\n");
   text +=
       function_source(graph, function.gradient, "Interval3 expression_gradient(Interval v0, Interval v1, Interval v2)",
                       "", "  Interval3 g;\n  g.x = {0};\n  g.y = {1};\n  g.z = {2};\n  return g;\n");
-  text += "#include \"real_dual_vocabulary.inc\"\n";
-  text += function_source(graph, value, "RealDual expression_along(RealDual v0, RealDual v1, RealDual v2)", "",
-                          "  return {0};\n");
+  if (!polynomial) {
+    text += function_source(graph, value, "Interval expression_point(Interval v0, Interval v1, Interval v2)", "",
+                            "  return {0};\n");
+    text += "#include \"real_dual_vocabulary.inc\"\n";
+    text += function_source(graph, value, "RealDual expression_along(RealDual v0, RealDual v1, RealDual v2)", "",
+                            "  return {0};\n");
+  }
   text +=
       "#include \"frame.inc\"\n#include \"real_vocabulary.inc\"\n"
       "STRUCT(Jet) { real value; real3 gradient; Symmetric3 hessian; };\n";
@@ -66,7 +88,10 @@ class ResidentImplicit final : public ResidentSurface {
   ResidentImplicit(const ImplicitSurface& surface, Executor& executor)
       : function_(surface.function), domain_(surface.domain) {
     modules_["surface"] = embedded_core("implicit.inc");
-    modules_["expression"] = expression_source(*function_);
+    const bool polynomial = is_handled_as_polynomial(*function_);
+    modules_["expression"] = expression_source(*function_, polynomial);
+    modules_["piece"] = embedded_core(polynomial ? "piece_polynomial.inc" : "piece_dual.inc");
+    if (polynomial) defines_["DEGREE"] = fmt::format("{}", function_->degree);
     parameters_ = TypedBuffer<float>(executor, IMPLICIT_PARAMETER_WORDS, "surface parameters");
     write_parameters(surface);
   }

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <random>
 
@@ -21,7 +23,7 @@ namespace {
 // border of the domain, in parts of its size, may be found or not: devices clip in floats.
 constexpr double rounding_of_t = 1.2e-7;
 constexpr double border = 2e-6;
-constexpr double flagged_part = 1e-3;  // of random rays, at most
+constexpr double flagged_part = 1e-3;  // of random rays, at most, where there are no singular points
 
 constexpr std::uint32_t shape =
     Property::value | Property::normal | Property::gauss | Property::mean | Property::principal;
@@ -72,7 +74,7 @@ Found found_on(const HitList& hits, std::size_t ray, double low, double high) {
 }
 
 void compare_roots(const std::string& name, const Surface& surface, const TestDevice& device, const RayBatch& rays,
-                   const HitList& mine, const HitList& truth) {
+                   const HitList& mine, const HitList& truth, double most_flagged) {
   std::size_t roots = 0, flagged = 0, wrong = 0;
   double worst = 0;
   for (std::size_t i = 0; i < rays.size(); i++) {
@@ -103,8 +105,8 @@ void compare_roots(const std::string& name, const Surface& surface, const TestDe
   std::cout << "  " << name << ", " << device.label << ": " << rays.size() << " rays, " << roots << " roots, "
             << flagged << " rays flagged, " << wrong << " wrong, t off by " << worst << " of what is allowed\n";
   EXPECT_EQ(wrong, 0u) << name << ", " << device.label;
-  EXPECT_LE(double(flagged), flagged_part * double(rays.size()) + 1) << name << ", " << device.label;
-  EXPECT_GT(roots, rays.size() / 20) << name << ": the rays show nothing";
+  EXPECT_LE(double(flagged), most_flagged * double(rays.size()) + 1) << name << ", " << device.label;
+  EXPECT_GT(roots, rays.size() / 50) << name << ": the rays show nothing";
 }
 
 // The reference measures at the very locations that the device measured at.
@@ -133,7 +135,8 @@ void compare_shapes(const std::string& name, const TestDevice& device, const Hit
   EXPECT_LE(curvatures, 1e-4) << name << ", " << device.label;
 }
 
-void run(const std::string& name, const Surface& surface, std::size_t count, bool smooth = true) {
+void run(const std::string& name, const Surface& surface, std::size_t count, bool smooth = true,
+         double most_flagged = flagged_part) {
   const RayBatch rays = chords(surface.bounds(), count, 17);
   const Interrogator reference(reference_device(), surface);
   const HitList truth = reference.cast(rays, {.hits = Hits::all});
@@ -141,7 +144,7 @@ void run(const std::string& name, const Surface& surface, std::size_t count, boo
     if (device.name == "reference") continue;
     const Interrogator query(device.device, surface);
     const HitList all = query.cast(rays, {.hits = Hits::all});
-    compare_roots(name, surface, device, rays, all, truth);
+    compare_roots(name, surface, device, rays, all, truth, most_flagged);
     if (smooth) compare_shapes(name, device, all, reference);
     // First hits are the first of all hits.
     const HitList first = query.cast(rays, {.hits = Hits::first});
@@ -165,7 +168,7 @@ TEST(ImplicitSurfaces, BarthSextic) {
   run("Barth sextic",
       implicit("4*(t^2*x^2-y^2)*(t^2*y^2-z^2)*(t^2*z^2-x^2)-(1+2*t)*(x^2+y^2+z^2-1)^2",
                {glm::dvec3(-2), glm::dvec3(2), 2}, {{"t", 1.618033988749895}}),
-      3000, false);
+      3000, false, 3 * flagged_part);  // 65 double points
 }
 
 TEST(ImplicitSurfaces, CutsAndRoots) {
@@ -241,6 +244,79 @@ TEST(ImplicitSurfaces, BadEquationsAreRefused) {
   refused([] { implicit("x+w", box(1)); }, "w");
   refused([] { implicit("x", {glm::dvec3(1), glm::dvec3(-1)}); }, "domain");
   refused([] { isosurface("x", std::nan(""), box(1)); }, "isovalue");
+}
+
+// Writes a file into the tests' output folder.
+std::string written(const std::string& name, const std::string& text) {
+  const std::filesystem::path file = std::filesystem::path(SMURF_TEST_OUTPUT) / name;
+  std::ofstream(file) << text;
+  return file.string();
+}
+
+TEST(ImplicitSurfaces, Descriptions) {
+  written("two-planes.jsurf", "surface_equation=(x-a)*(x+a)\nsurface_parameter_a=1.5\n");
+  const Surface algebraic =
+      load_surface(written("algebraic.json", R"j({"kind":"implicit","file":"two-planes.jsurf"})j"));
+  EXPECT_EQ(algebraic.bounds().upper, glm::dvec3(5)) << "a ball of radius 5 unless told otherwise";
+  const Surface smaller =
+      load_surface(written("smaller.json", R"j({"kind":"implicit","file":"two-planes.jsurf","radius":2})j"));
+  const Surface named = load_surface(
+      written("named.json",
+              R"j({"kind":"implicit","equation":"(x-a)*(x+a)","parameters":{"a":1.5},"domain":[[-2,-2,-2],[2,2,2]]
+})j"));
+  RayBatch rays(1);
+  rays.set(0, {{-9, 0.3f, 0.2f}, {1, 0, 0}});
+  for (TestDevice& device : one_of_each()) {
+    for (const Surface& surface : {algebraic, smaller, named}) {
+      const HitList hits = Interrogator(device.device, surface).cast(rays, {.hits = Hits::all});
+      ASSERT_EQ(hits.size(), 2u) << device.label;
+      EXPECT_NEAR(hits.t()[0], 7.5, 2e-6) << device.label;
+      EXPECT_NEAR(hits.t()[1], 10.5, 2e-6) << device.label;
+    }
+  }
+  const auto refused = [](const std::string& text, const std::string& fragment) {
+    try {
+      load_surface(written("refused.json", text));
+      ADD_FAILURE() << "accepted: " << text;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::input) << text;
+      EXPECT_NE(std::string(error.what()).find(fragment), std::string::npos) << error.what();
+      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+    }
+  };
+  refused(R"j({"kind":"implicit","equation":"x"})j", "\"domain\" is missing");
+  refused(R"j({"kind":"implicit","domain":[[-1,-1,-1],[1,1,1]]})j", "\"equation\" is missing");
+  refused(R"j({"kind":"implicit","equation":"x","file":"a.vm","domain":[[-1,-1,-1],[1,1,1]]})j", "exclude each other");
+  refused(R"j({"kind":"implicit","equation":"x","domain":[[-1,-1],[1,1,1]]})j", "domain[0]");
+  refused(R"j({"kind":"implicit","equation":"(x","domain":[[-1,-1,-1],[1,1,1]]})j", "column 3");
+  refused(R"j({"kind":"implicit","equation":"a*x","parameters":{"a":"b"},"domain":[[-1,-1,-1],[1,1,1]]})j",
+          "parameters.a");
+  refused(R"j({"kind":"implicit","file":"missing.jsurf"})j", "missing.jsurf");
+  refused(R"j({"kind":"isosurface","isovalue":1,"field":{"kind":"expression","value":"x"}})j", "field.domain");
+}
+
+// The algebraic surfaces of jsurf's collection, where the development data is at hand.
+TEST(ImplicitSurfaces, AlgebraicCollection) {
+  const std::filesystem::path folder = std::filesystem::path(SMURF_SOURCE_DIR) / "../shared/data/implicit/jsurf";
+  if (!std::filesystem::is_directory(folder)) {
+    std::cerr << "*** NOT TESTED HERE: " << folder << " is missing; BarthSextic and Descriptions stand for it\n";
+    return;
+  }
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    if (entry.path().extension() == ".jsurf") files.push_back(entry.path());
+  std::ranges::sort(files);
+  EXPECT_EQ(files.size(), 36u);
+  TestDevice* device = test_device("opencl");
+  ASSERT_NE(device, nullptr);
+  for (const std::filesystem::path& file : files) {
+    const Surface surface = load_implicit(file, Domain{glm::dvec3(-3), glm::dvec3(3), 0});
+    const RayBatch rays = chords(surface.bounds(), 500, 23);
+    const HitList truth = Interrogator(reference_device(), surface).cast(rays, {.hits = Hits::all});
+    const HitList hits = Interrogator(device->device, surface).cast(rays, {.hits = Hits::all});
+    // Many of them are singular along whole curves, where no float can tell: what is not flagged must be right.
+    compare_roots(file.stem().string(), surface, *device, rays, hits, truth, 0.2);
+  }
 }
 
 }  // namespace
