@@ -311,7 +311,7 @@ int main(int argc, char** argv) {
         add_devices(workload, size);
         add_reference(workload, size);
 #ifdef SMURF_BENCH_EMBREE
-        if (workload.casts() && workload.reconstruction == Reconstruction::trilinear)
+        if (workload.samples() && workload.casts() && workload.reconstruction == Reconstruction::trilinear)
           add_embree_on_isosurface(workload, size);
 #endif
         if (!workload.casts()) add_gage(workload, size);

@@ -37,6 +37,9 @@ std::string function_source(const Graph& graph, std::span<const NodeId> roots, s
 constexpr int greatest_degree = 6;
 constexpr std::size_t most_operations = 200;
 
+// Compilers take minutes over straight code that is longer.
+constexpr std::size_t compiled_operations = 400;
+
 bool is_handled_as_polynomial(const ImplicitFunction& function) {
   const std::vector<NodeId> value{function.value};
   return function.degree >= 1 && function.degree <= greatest_degree &&
@@ -88,6 +91,14 @@ class ResidentImplicit final : public ResidentSurface {
   ResidentImplicit(const ImplicitSurface& surface, Executor& executor)
       : function_(surface.function), domain_(surface.domain) {
     modules_["surface"] = embedded_core("implicit.inc");
+    const std::vector<NodeId> value{function_->value};
+    const std::size_t operations = expression::reachable(function_->graph, value).size();
+    if (operations > compiled_operations) {
+      throw Error(ErrorCode::input,
+                  fmt::format("an expression of {} operations; a device compiles at most {} (the reference "
+                              "takes any number)",
+                              operations, compiled_operations));
+    }
     const bool polynomial = is_handled_as_polynomial(*function_);
     modules_["expression"] = expression_source(*function_, polynomial);
     modules_["piece"] = embedded_core(polynomial ? "piece_polynomial.inc" : "piece_dual.inc");

@@ -160,6 +160,9 @@ Measurement measure(const std::string& name, const DeviceOptions& options, Task&
     Answers answers;
     time_runs(
         budget, [&] { answers = ask(*interrogator, task); }, measurement);
+    measurement.compile_seconds = device.compile_seconds();
+    measurement.programs_compiled = device.programs_compiled();
+    measurement.programs_from_cache = device.programs_from_cache();
     if (answers.hits) count_hits(*answers.hits, measurement);
     measurement.verdict = answers.hits ? task.judge(*answers.hits) : task.judge(answers.points);
     measurement.reference_rate = task.reference().rate();
@@ -178,6 +181,9 @@ void to_json(nlohmann::json& json, const Measurement& m) {
           {"lanes", m.lanes},
           {"runs", m.runs},
           {"set_up_seconds", m.set_up_seconds},
+          {"compile_seconds", m.compile_seconds},
+          {"programs_compiled", m.programs_compiled},
+          {"programs_from_cache", m.programs_from_cache},
           {"median_seconds", m.median_seconds},
           {"best_seconds", m.best_seconds},
           {"core_seconds", m.core_seconds},

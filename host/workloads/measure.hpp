@@ -56,7 +56,9 @@ struct Measurement {
   int size = 0, lanes = 1;
   std::size_t count = 0;  // rays or points
   std::size_t runs = 0;
-  double set_up_seconds = 0;  // upload, prefilter, bounds; programs compiled or read from the cache
+  double set_up_seconds = 0;   // upload, prefilter, bounds; programs compiled or read from the cache
+  double compile_seconds = 0;  // part of it
+  std::size_t programs_compiled = 0, programs_from_cache = 0;
   double median_seconds = 0, best_seconds = 0;
   double core_seconds = 0;    // processor time of one call on all cores of the host, median
   double kernel_seconds = 0;  // of one call; 0 where the device does not tell

@@ -85,19 +85,14 @@ void summarize(const Errors& errors, Verdict& verdict) {
   verdict.curvature = spread_of(errors.curvature);
 }
 
-double range_of(const Volume& volume) {
-  const double range = volume.maximum() - volume.minimum();
-  return range > 0 ? range : 1;
-}
-
 }  // namespace
 
 ReferenceAnswers::ReferenceAnswers(const Workload& workload, const Interrogator& reference, const RayBatch& rays,
                                    const std::vector<std::size_t>& hit_rays)
     : kind_(workload.kind),
       properties_(workload.properties),
-      voxel_(voxel_of(workload.volume())),
-      range_(range_of(workload.volume())) {
+      voxel_(workload.length_unit()),
+      range_(workload.value_unit()) {
   const std::vector<std::size_t> anywhere = draw(rays.size(), random_sample, 1);
   sample_ = anywhere;
   for (std::size_t i : draw(hit_rays.size(), hit_sample, 2)) sample_.push_back(hit_rays[i]);
@@ -120,8 +115,8 @@ ReferenceAnswers::ReferenceAnswers(const Workload& workload, const Interrogator&
                                    const std::vector<glm::vec3>& points)
     : kind_(workload.kind),
       properties_(workload.properties),
-      voxel_(voxel_of(workload.volume())),
-      range_(range_of(workload.volume())) {
+      voxel_(workload.length_unit()),
+      range_(workload.value_unit()) {
   sample_ = draw(points.size(), 2 * random_sample, 1);
   std::vector<glm::vec3> some;
   for (std::size_t i : sample_) some.push_back(points[i]);

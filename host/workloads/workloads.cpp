@@ -133,6 +133,27 @@ void add_marschner_lobb(std::vector<Workload>& list) {
   list.push_back(p);
 }
 
+// Equations, seen along -z in parallel projection.
+void add_equations(std::vector<Workload>& list) {
+  Workload w;
+  w.camera = [](const Bounds& bounds, int width) {
+    Camera camera;
+    camera.look_at = 0.5 * (bounds.lower + bounds.upper);
+    camera.eye = camera.look_at + glm::dvec3(0, 0, bounds.upper.z - bounds.lower.z);
+    camera.up = {0, 1, 0};
+    camera.orthographic_height = bounds.upper.y - bounds.lower.y;
+    camera.width = camera.height = width;
+    return camera;
+  };
+  w.sizes = {512, 1024};
+  w.equation = "max(sin(6*x)*cos(6*y)+sin(6*y)*cos(6*z)+sin(6*z)*cos(6*x), x^2+y^2+z^2-1)";
+  w.domain = {glm::dvec3(-1.1), glm::dvec3(1.1), 0};
+  add_first_and_all(list, w, "W3a", "gyroid within a sphere");
+  w.equation = "x^4-5*x^2+y^4-5*y^2+z^4-5*z^2+11.8";
+  w.domain = {glm::dvec3(-3), glm::dvec3(3), 0};
+  add_first_and_all(list, w, "W3b", "tanglecube");
+}
+
 }  // namespace
 
 CastOptions Workload::cast_options() const {
@@ -142,7 +163,20 @@ CastOptions Workload::cast_options() const {
   return options;
 }
 
+double Workload::length_unit() const {
+  const glm::dvec3 extent = domain.upper - domain.lower;
+  if (!samples()) return std::max({extent.x, extent.y, extent.z}) / 1024;
+  const glm::dmat3 axes = volume().placement().axes;
+  return std::min({glm::length(axes[0]), glm::length(axes[1]), glm::length(axes[2])});
+}
+
+double Workload::value_unit() const {
+  const double range = samples() ? volume().maximum() - volume().minimum() : 1;
+  return range > 0 ? range : 1;
+}
+
 Surface Workload::surface() const {
+  if (!samples()) return implicit(equation, domain);
   GridOptions options;
   options.reconstruction = reconstruction;
   return isosurface(volume(), isovalue, options);
@@ -164,6 +198,8 @@ Catalogue catalogue(std::string_view filter) {
     for (const char* name : {"W2-headsq-first", "W2-headsq-all"})
       all.missing.push_back({name, "the bundled volume headsq is not in host/data of the sources"});
   }
+
+  add_equations(all.workloads);
 
   const std::string wanted = lower(filter);
   auto passed_over = [&](const auto& entry) { return lower(entry.name).find(wanted) == std::string::npos; };
@@ -187,11 +223,6 @@ std::vector<glm::vec3> points_of(const Surface& surface, int count) {
     points.emplace_back(bounds.lower + (bounds.upper - bounds.lower) * glm::dvec3(x, y, z));
   }
   return points;
-}
-
-double voxel_of(const Volume& volume) {
-  const glm::dmat3& axes = volume.placement().axes;
-  return std::min({glm::length(axes[0]), glm::length(axes[1]), glm::length(axes[2])});
 }
 
 // Steele, Lea and Flood's SplitMix64.

@@ -28,7 +28,9 @@ struct Workload {
   std::vector<int> sizes;        // ascending; square images' widths, or numbers of points
   double isovalue = 0;
   Reconstruction reconstruction = Reconstruction::trilinear;
-  std::function<Volume()> volume;  // read or computed at the first call, shared with other workloads
+  std::function<Volume()> volume;  // read or computed at the first call, shared with other workloads; or
+  std::string equation;            // of an implicit surface, and where it is looked at
+  Domain domain;
   std::function<Camera(const Bounds&, int width)> camera;  // for rays
 
   bool casts() const { return kind != Kind::probe; }
@@ -36,6 +38,10 @@ struct Workload {
   std::size_t count(int size) const { return casts() ? std::size_t(size) * std::size_t(size) : std::size_t(size); }
   CastOptions cast_options() const;
   Surface surface() const;
+  bool samples() const { return bool(volume); }
+  // In what errors are told: of places the grid's shortest step, or for equations a pixel of 1024 across the domain; of values their range.
+  double length_unit() const;
+  double value_unit() const;
 };
 
 // What cannot be measured here, and why.
@@ -55,9 +61,6 @@ Catalogue catalogue(std::string_view filter = {});
 RayBatch rays_of(const Workload& workload, const Surface& surface, int width);
 // Uniform over the surface's domain, the same for every device and run.
 std::vector<glm::vec3> points_of(const Surface& surface, int count);
-
-// The shortest step of the grid: errors are told in this unit.
-double voxel_of(const Volume& volume);
 
 // Integers below `bound` from a fixed seed, the same on every platform.
 class Dice {
