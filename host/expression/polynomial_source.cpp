@@ -60,8 +60,7 @@ class Writer {
     const Polynomial p = next(degree);
     for (int k = 0; k <= degree; k++)
       line("real {}_{} = {}_{} {} {}_{};", p.name, k, a.name, k, minus ? '-' : '+', b.name, k);
-    finish(p, fmt::format("{}_n + {}_n", a.name, b.name),
-           fmt::format("{0}_e + {1}_e + (1.0f * ROUNDING) * ({0}_n + {1}_n)", a.name, b.name));
+    finish(p, measured(p), fmt::format("{0}_e + {1}_e + (1.0f * ROUNDING) * ({0}_n + {1}_n)", a.name, b.name));
     return p;
   }
 
@@ -78,7 +77,7 @@ class Writer {
     }
     // All products together are rounded by their sum's share, and so is each of the additions.
     const int roundings = std::min(a.degree, b.degree) + 1;
-    finish(p, fmt::format("{}_n * {}_n", a.name, b.name),
+    finish(p, measured(p),
            fmt::format("{0}_n * {1}_e + {1}_n * {0}_e + {0}_e * {1}_e + ({2}.0f * ROUNDING) * ({0}_n * {1}_n)", a.name,
                        b.name, roundings));
     return p;
@@ -125,6 +124,18 @@ class Writer {
   void finish(const Polynomial& p, const std::string& size, const std::string& error) {
     line("real {}_n = {};", p.name, size);
     line("real {}_e = {};", p.name, error);
+  }
+
+  // The greatest coefficient as it came out: sums that cancel are small, and so is what later products make of their errors.
+  static std::string measured(const Polynomial& p) {
+    std::string greatest;
+    for (int k = 0; k <= p.degree; k++) {
+      std::string size = fmt::format("absolute({}_{})", p.name, k);
+      // Rounded up, for the bounds take it for exact.
+      if (k > 0 && k < p.degree) size += " * " + float_literal(float(1.000001 / binomial(p.degree, k)));
+      greatest = k == 0 ? size : fmt::format("greater({}, {})", greatest, size);
+    }
+    return greatest;
   }
 
   int count_ = 0;

@@ -3,7 +3,7 @@
 // On the stretch every coordinate is linear, so that every node of the graph is a polynomial whose degree is known beforehand. Nodes are
 // kept in scaled Bernstein form (coefficients times the binomials), in which a product is a convolution and all steps are sums of
 // products without cancellation that was not in the expression (Farouki, Rajan 1988). Beside each node stand the size of its
-// coefficients and a running bound on their error, both for the lane's own stretch.
+// coefficients as they came out and a running bound on their error, both for the lane's own stretch.
 #pragma once
 
 #include <string>
