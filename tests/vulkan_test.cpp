@@ -162,7 +162,7 @@ TEST_P(VulkanTransfers, RunsMoreItemsThanOneRowOfWorkGroups) {
 
 TEST_P(VulkanTransfers, TakesNullBuffers) {
   const auto blocks = executor.allocate(12, "blocks");
-  count_blocks(executor, nullptr, blocks.get(), 1, 1);  // reads one word of the placeholder
+  count_blocks(executor, nullptr, blocks.get(), 1, 1);  // reads one word of what stands for it
   executor.finish();
 }
 

@@ -70,7 +70,7 @@ VulkanExecutor::VulkanExecutor(std::string_view which, const DeviceOptions& give
     layout_ = vk::raii::PipelineLayout(context_->device(), vk::PipelineLayoutCreateInfo({}, {}, range));
     stream_ = std::make_shared<CommandStream>(context_, options.timing);
     memory_ = std::make_unique<Memory>(context_, stream_, transfers);
-    nothing_ = memory_->allocate(4, "a placeholder");
+    nothing_ = memory_->allocate(4, "what stands for null buffers");
   });
   context_->check_messages();
 }
