@@ -1,11 +1,7 @@
 #include "expression/evaluate.hpp"
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <limits>
-
-#include "smurf/error.hpp"
 
 namespace smurf::expression {
 namespace {
@@ -59,19 +55,9 @@ double apply(Op op, double value, double a, double b, double c, double d) {
 
 void Evaluator::operator()(std::span<const double> variables, std::span<double> results,
                            std::vector<double>& scratch) const {
-  if (int(variables.size()) < program_.variables || results.size() != program_.roots.size())
-    throw Error(ErrorCode::usage,
-                fmt::format("an expression of {} variables and {} results was given {} and room for {}",
-                            program_.variables, program_.roots.size(), variables.size(), results.size()));
-  scratch.resize(program_.nodes.size());
-  for (std::size_t i = 0; i < program_.nodes.size(); i++) {
-    const Node& node = program_.nodes[i];
-    const auto& from = node.arguments;
-    scratch[i] = node.op == Op::variable ? variables[std::size_t(node.value)]
-                                         : apply(node.op, node.value, scratch[from[0]], scratch[from[1]],
-                                                 scratch[from[2]], scratch[from[3]]);
-  }
-  for (std::size_t i = 0; i < results.size(); i++) results[i] = scratch[program_.roots[i]];
+  require_fitting(program_, variables.size(), results.size());
+  run_program(
+      program_, [&](std::size_t i) { return variables[i]; }, apply, results, scratch);
 }
 
 }  // namespace smurf::expression

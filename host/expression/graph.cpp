@@ -1,5 +1,7 @@
 #include "expression/graph.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -384,6 +386,12 @@ Program make_program(const Graph& graph, std::span<const NodeId> roots) {
   }
   for (const NodeId root : roots) program.roots.push_back(places[root]);
   return program;
+}
+
+void require_fitting(const Program& program, std::size_t variables, std::size_t results) {
+  if (int(variables) >= program.variables && results == program.roots.size()) return;
+  throw Error(ErrorCode::usage, fmt::format("an expression of {} variables and {} results was given {} and room for {}",
+                                            program.variables, program.roots.size(), variables, results));
 }
 
 }  // namespace smurf::expression

@@ -118,4 +118,22 @@ struct Program {
 };
 Program make_program(const Graph& graph, std::span<const NodeId> roots);
 
+// Throws Error (usage) when there are too few variables, or not one result per root.
+void require_fitting(const Program& program, std::size_t variables, std::size_t results);
+
+// Runs a program on numbers of any kind: values[i] becomes variable(index), or what apply(op, value, a, b, c, d) makes of its arguments.
+template <class Number, class Variable, class Apply>
+void run_program(const Program& program, const Variable& variable, const Apply& apply, std::span<Number> results,
+                 std::vector<Number>& values) {
+  values.resize(program.nodes.size());
+  for (std::size_t i = 0; i < program.nodes.size(); i++) {
+    const Node& node = program.nodes[i];
+    const auto& from = node.arguments;
+    values[i] = node.op == Op::variable
+                    ? variable(std::size_t(node.value))
+                    : apply(node.op, node.value, values[from[0]], values[from[1]], values[from[2]], values[from[3]]);
+  }
+  for (std::size_t i = 0; i < results.size(); i++) results[i] = values[program.roots[i]];
+}
+
 }  // namespace smurf::expression

@@ -1,14 +1,11 @@
 #include "expression/interval.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 
 #include "expression/evaluate.hpp"
-#include "smurf/error.hpp"
 
 namespace smurf::expression {
 namespace {
@@ -255,20 +252,16 @@ Interval apply(Op op, double value, const Interval& a, const Interval& b, const 
 
 void IntervalEvaluator::operator()(std::span<const Interval> variables, std::span<Interval> results,
                                    std::vector<Interval>& scratch) const {
-  if (int(variables.size()) < program_.variables || results.size() != program_.roots.size())
-    throw Error(ErrorCode::usage,
-                fmt::format("an expression of {} variables and {} results was given {} and room for {}",
-                            program_.variables, program_.roots.size(), variables.size(), results.size()));
-  scratch.resize(program_.nodes.size());
-  for (std::size_t i = 0; i < program_.nodes.size(); i++) {
-    const Node& node = program_.nodes[i];
-    const auto& from = node.arguments;
-    scratch[i] = node.op == Op::variable ? variables[std::size_t(node.value)]
-                                         : apply(node.op, node.value, scratch[from[0]], scratch[from[1]],
-                                                 scratch[from[2]], scratch[from[3]]);
-    if (!(scratch[i].low <= scratch[i].high)) scratch[i] = whole_undefined;  // a variable that is no interval
-  }
-  for (std::size_t i = 0; i < results.size(); i++) results[i] = scratch[program_.roots[i]];
+  require_fitting(program_, variables.size(), results.size());
+  const auto variable = [&](std::size_t i) {
+    return variables[i].low <= variables[i].high ? variables[i] : whole_undefined;  // which is no interval
+  };
+  const auto checked = [](Op op, double value, const Interval& a, const Interval& b, const Interval& c,
+                          const Interval& d) {
+    const Interval result = apply(op, value, a, b, c, d);
+    return result.low <= result.high ? result : whole_undefined;
+  };
+  run_program(program_, variable, checked, results, scratch);
 }
 
 }  // namespace smurf::expression

@@ -5,15 +5,11 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <numbers>
 #include <optional>
-#include <span>
 #include <tuple>
 #include <utility>
 
-#include "expression/evaluate.hpp"
-#include "expression/interval.hpp"
-#include "reference/polynomial.hpp"
+#include "reference/function_on_ray.hpp"
 
 namespace smurf {
 namespace {
@@ -22,246 +18,15 @@ constexpr double epsilon = std::numeric_limits<double>::epsilon();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-constexpr int ladder_degree = 16;      // beyond it, the rounding of high derivatives shows
-constexpr int greatest_degree = 60;    // that is taken up as a whole
-constexpr double fit = 1e-10;          // of the scale: less than the tolerance, so that a pair of roots is not lost
-constexpr double smallest = 1e-9;      // piece, of the span
-constexpr double plateau = 1e-3;       // of the span
-constexpr double domain_slack = 1e-9;  // as of grids: rays in the domain's faces are not left to rounding
+constexpr double fit = 1e-10;      // of the scale: less than the tolerance, so that a pair of roots is not lost
+constexpr double smallest = 1e-9;  // piece, of the span
+constexpr double plateau = 1e-3;   // of the span
 constexpr int polynomial_pieces = 16, function_pieces = 256;
 constexpr int most_pieces = 1 << 16;
 // In a rough piece: |f| below this part of its greatest value is on the surface; a kink gets far below it.
 constexpr double rough_band = 1e-5;
 
 int sign_of(double v) { return v < 0 ? -1 : 1; }
-
-// A Chebyshev series on [-1, 1], of any degree up to 16.
-class Series {
- public:
-  Series() = default;
-  explicit Series(const double* coefficients) {
-    std::copy_n(coefficients, ladder_degree + 1, c_.begin());
-    degree_ = ladder_degree;
-    const double negligible = epsilon * sum();
-    while (degree_ > 0 && std::abs(c_[degree_]) <= negligible) degree_--;
-  }
-
-  double operator()(double s) const {
-    double b1 = 0, b2 = 0;
-    for (int k = degree_; k > 0; k--) {
-      const double b = c_[k] + 2 * s * b1 - b2;
-      b2 = b1;
-      b1 = b;
-    }
-    return c_[0] + s * b1 - b2;
-  }
-
-  double sum() const {
-    double sum = 0;
-    for (int k = 0; k <= degree_; k++) sum += std::abs(c_[k]);
-    return sum;
-  }
-
-  Series derivative() const {
-    Series d;
-    d.degree_ = std::max(0, degree_ - 1);
-    for (int k = degree_; k > 0; k--) d.c_[k - 1] = (k + 1 < degree_ ? d.c_[k + 1] : 0.0) + 2 * k * c_[k];
-    d.c_[0] *= 0.5;
-    return d;
-  }
-
-  struct Points {
-    std::array<double, ladder_degree> at;
-    int count = 0;
-  };
-  // All points of (-1, 1) where the sign changes, ascending.
-  Points sign_changes() const {
-    Points changes;
-    if (degree_ == 0 || 2 * std::abs(c_[0]) > sum()) return changes;
-    const Points turning = derivative().sign_changes();
-    double a = -1, fa = (*this)(a);
-    for (int i = 0; i <= turning.count; i++) {
-      const double b = i < turning.count ? turning.at[i] : 1.0;
-      const double fb = (*this)(b);
-      if ((fa < 0) != (fb < 0)) {
-        const double root = bracketed_root(*this, a, b, fa, fb);
-        if (root > -1 && root < 1 && changes.count < degree_) changes.at[changes.count++] = root;
-      }
-      a = b;
-      fa = fb;
-    }
-    return changes;
-  }
-
- private:
-  std::array<double, ladder_degree + 1> c_{};
-  int degree_ = 0;
-};
-
-// The Chebyshev-Lobatto points of a degree, ascending, and what takes values there to coefficients.
-class Interpolation {
- public:
-  explicit Interpolation(int degree) : degree_(degree), nodes_(degree + 1), matrix_((degree + 1) * (degree + 1)) {
-    const auto end = [degree](int i) { return i == 0 || i == degree ? 2.0 : 1.0; };
-    for (int j = 0; j <= degree; j++) {
-      // The sine of the distance from the middle is symmetric to the last bit.
-      nodes_[j] = std::sin(0.5 * std::numbers::pi * (2 * j - degree) / degree);
-      for (int k = 0; k <= degree; k++) {
-        const int multiple = int((std::int64_t(k) * (degree - j)) % (2 * degree));
-        matrix_[k * (degree + 1) + j] =
-            2.0 / degree * std::cos(std::numbers::pi * multiple / degree) / (end(j) * end(k));
-      }
-    }
-  }
-  int degree() const { return degree_; }
-  double node(int j) const { return nodes_[j]; }
-  void coefficients(const double* values, double* out) const {
-    for (int k = 0; k <= degree_; k++) {
-      double sum = 0;
-      for (int j = 0; j <= degree_; j++) sum += matrix_[k * (degree_ + 1) + j] * values[j];
-      out[k] = sum;
-    }
-  }
-  std::size_t bytes() const { return (nodes_.size() + matrix_.size()) * sizeof(double); }
-
- private:
-  int degree_;
-  std::vector<double> nodes_, matrix_;
-};
-
-}  // namespace
-
-// All that does not depend on the level and the domain.
-struct FunctionRoots::Compiled {
-  std::shared_ptr<const ImplicitFunction> function;
-  expression::Evaluator value, gradient;
-  expression::IntervalEvaluator bounds;
-  bool polynomial;
-  Interpolation interpolation;
-  std::size_t bytes;
-
-  explicit Compiled(std::shared_ptr<const ImplicitFunction> f)
-      : function(std::move(f)),
-        value(function->graph, std::span(&function->value, 1)),
-        gradient(function->graph, function->gradient),
-        bounds(function->graph, std::span(&function->value, 1)),
-        polynomial(function->degree >= 0 && function->degree <= greatest_degree),
-        interpolation(polynomial ? std::max(1, function->degree) : ladder_degree) {
-    const std::size_t values = expression::reachable(function->graph, std::span(&function->value, 1)).size();
-    const std::size_t slopes = expression::reachable(function->graph, function->gradient).size();
-    bytes = (function->graph.size() + 2 * values + slopes) * sizeof(expression::Node) + interpolation.bytes();
-  }
-};
-
-// f - level along the part of a ray that is in the domain: u from 0 to 1.
-class FunctionOnRay {
- public:
-  using Compiled = FunctionRoots::Compiled;
-
-  // Nothing when the ray misses the domain.
-  static std::optional<FunctionOnRay> clipped(const FunctionRoots& roots, const ReferenceRay& ray) {
-    const ImplicitDomain& domain = roots.domain();
-    double from = ray.t_min, to = ray.t_max;
-    for (int a = 0; a < 3; a++) {
-      const double slack = domain_slack * (domain.upper[a] - domain.lower[a]);
-      const double low = domain.lower[a] - slack, high = domain.upper[a] + slack;
-      if (ray.direction[a] == 0) {
-        if (!(ray.origin[a] >= low && ray.origin[a] <= high)) return {};
-        continue;
-      }
-      const double at_low = (low - ray.origin[a]) / ray.direction[a],
-                   at_high = (high - ray.origin[a]) / ray.direction[a];
-      from = std::max(from, std::min(at_low, at_high));
-      to = std::min(to, std::max(at_low, at_high));
-    }
-    if (!(from <= to) || !std::isfinite(from) || !std::isfinite(to)) return {};
-    if (domain.radius > 0 && !clip_to_ball(domain.radius * (1 + domain_slack), ray, from, to)) return {};
-
-    FunctionOnRay line(*roots.compiled_, roots.level());
-    line.t_entry_ = from;
-    line.length_ = to - from;
-    line.entry_ = at(ray, from);
-    line.along_ = line.length_ * ray.direction;
-    line.error_ = epsilon * (glm::abs(line.entry_) + glm::abs(line.along_));
-    return line;
-  }
-
-  const Compiled& compiled() const { return compiled_; }
-  double t(double u) const { return t_entry_ + u * length_; }
-  double length() const { return length_; }  // of the span, in t
-
-  // NaN where the function is undefined or infinite.
-  double operator()(double u) const {
-    const glm::dvec3 x = point(u);
-    double value = 0;
-    compiled_.value(std::span(&x.x, 3), std::span(&value, 1), scratch_);
-    return std::isfinite(value) ? value - level_ : nan;
-  }
-
-  // df/dt; NaN where it has none.
-  double slope(double u) const {
-    const glm::dvec3 x = point(u);
-    glm::dvec3 gradient(0.0);
-    compiled_.gradient(std::span(&x.x, 3), std::span(&gradient.x, 3), scratch_);
-    const double slope = length_ > 0 ? glm::dot(gradient, along_) / length_ : 0;
-    return std::isfinite(slope) ? slope : nan;
-  }
-
-  // Of f - level in the box around [a, b] of the ray.
-  expression::Interval bounds(double a, double b) const {
-    const glm::dvec3 x = point(a), y = point(b);
-    std::array<expression::Interval, 3> box;
-    for (int i = 0; i < 3; i++) box[i] = {std::min(x[i], y[i]) - error_[i], std::max(x[i], y[i]) + error_[i], true};
-    expression::Interval bounds;
-    compiled_.bounds(box, std::span(&bounds, 1), interval_scratch_);
-    return {bounds.low - level_, bounds.high - level_, bounds.defined};
-  }
-
-  // What f is known up to for the rounding of the point and of its terms; NaN where it has no bounds.
-  double noise(double u) const {
-    const expression::Interval bounds = this->bounds(u, u);
-    const double width = bounds.high - bounds.low;
-    return bounds.defined && std::isfinite(width) ? width : nan;
-  }
-
- private:
-  FunctionOnRay(const Compiled& compiled, double level) : compiled_(compiled), level_(level) {}
-
-  static glm::dvec3 at(const ReferenceRay& ray, double t) {
-    glm::dvec3 x;
-    for (int a = 0; a < 3; a++) x[a] = std::fma(ray.direction[a], t, ray.origin[a]);
-    return x;
-  }
-
-  // The ball about the coordinates' origin, seen from the middle of [from, to], so that it is near.
-  static bool clip_to_ball(double radius, const ReferenceRay& ray, double& from, double& to) {
-    const double speed = glm::length(ray.direction), middle = 0.5 * (from + to);
-    const glm::dvec3 unit = ray.direction / speed, centre = at(ray, middle);
-    const double nearest = -glm::dot(centre, unit);
-    const glm::dvec3 foot = centre + nearest * unit;
-    const double distance = glm::length(foot);
-    if (!(distance <= radius)) return false;
-    const double half = std::sqrt((radius - distance) * (radius + distance));
-    from = std::max(from, middle + (nearest - half) / speed);
-    to = std::min(to, middle + (nearest + half) / speed);
-    return from <= to;
-  }
-
-  glm::dvec3 point(double u) const {
-    glm::dvec3 x;
-    for (int a = 0; a < 3; a++) x[a] = std::fma(along_[a], u, entry_[a]);
-    return x;
-  }
-
-  const Compiled& compiled_;
-  double level_;
-  double t_entry_ = 0, length_ = 0;
-  glm::dvec3 entry_{0.0}, along_{0.0}, error_{0.0};
-  mutable std::vector<double> scratch_;
-  mutable std::vector<expression::Interval> interval_scratch_;
-};
-
-namespace {
 
 // What a stretch [a, b] of the ray is judged by.
 struct Scales {
@@ -464,7 +229,7 @@ class HitMaker {
 class Walk {
  public:
   Walk(const FunctionOnRay& f, double tolerance, HitMaker& out)
-      : f_(f), interpolation_(f.compiled().interpolation), tolerance_(tolerance), out_(out) {}
+      : f_(f), points_(f.compiled().points), tolerance_(tolerance), out_(out) {}
 
   void run() {
     const int count = f_.compiled().polynomial ? polynomial_pieces : function_pieces;
@@ -484,10 +249,10 @@ class Walk {
   void piece(double a, double b) {
     pieces_++;
     const bool last = b - a <= smallest || pieces_ > most_pieces;
-    const int n = interpolation_.degree();
+    const int n = points_.degree();
     int undefined = 0;
     for (int j = 0; j <= n; j++) {
-      const double s = interpolation_.node(j);
+      const double s = points_[j];
       at_[j] = j == 0 ? a : j == n ? b : a + 0.5 * (1 + s) * (b - a);
       values_[j] = f_(at_[j]);
       undefined += std::isnan(values_[j]);
@@ -504,7 +269,7 @@ class Walk {
   // Whether f is on one side, whatever keeps it from being a series.
   bool far(double a, double b) {
     scales_ = {0, 0, false};
-    const int n = interpolation_.degree();
+    const int n = points_.degree();
     for (int j = 1; j <= n; j++) {
       if ((values_[j] < 0) != (values_[0] < 0)) return false;
     }
@@ -514,11 +279,11 @@ class Walk {
 
   // Makes the series of the piece; false when it is none.
   bool take_up(double a, double b) {
-    std::array<double, greatest_degree + 1> coefficients{};
-    interpolation_.coefficients(values_.data(), coefficients.data());
-    series_ = Series(coefficients.data());
+    std::array<double, greatest_whole_degree + 1> coefficients{};
+    points_.coefficients(values_.data(), coefficients.data());
+    series_ = Chebyshev(std::min(points_.degree(), Chebyshev::max_degree), coefficients.data()).trimmed();
     double beyond = 0;
-    for (int k = ladder_degree + 1; k <= interpolation_.degree(); k++) beyond += std::abs(coefficients[k]);
+    for (int k = Chebyshev::max_degree + 1; k <= points_.degree(); k++) beyond += std::abs(coefficients[k]);
     const double scale = series_.sum() + beyond;
     scales_ = {tolerance_ * scale, -1, false};
     if (!agrees(beyond, scale, a, b)) return false;
@@ -554,12 +319,12 @@ class Walk {
   }
 
   void smooth(double a, double b) {
-    const Series::Points turning = series_.derivative().sign_changes();
+    const Chebyshev::Points turning = series_.derivative().sign_changes();
     double from = a, value = values_[0];
     for (int i = 0; i <= turning.count && !out_.finished(); i++) {
       const bool end = i == turning.count;
       const double to = end ? b : std::clamp(a + 0.5 * (1 + turning.at[i]) * (b - a), from, b);
-      double next = end ? values_[interpolation_.degree()] : f_(to);
+      double next = end ? values_[points_.degree()] : f_(to);
       if (std::isnan(next)) next = series_(turning.at[i]);
       out_.part({f_, scales_, from, to, value, next});
       from = to;
@@ -569,7 +334,7 @@ class Walk {
 
   // A piece with a kink, a step, a pole, or more than there was time for.
   void rough() {
-    const int n = interpolation_.degree();
+    const int n = points_.degree();
     int changes = 0, least = 0;
     for (int j = 0; j <= n; j++) {
       if (std::isnan(values_[j])) return out_.gap(at_[0]);
@@ -640,14 +405,14 @@ class Walk {
   }
 
   const FunctionOnRay& f_;
-  const Interpolation& interpolation_;
+  const ChebyshevPoints& points_;
   const double tolerance_;
   HitMaker& out_;
   std::vector<std::pair<double, double>> todo_;
   int pieces_ = 0;
   // Of the piece that the walk is at.
-  std::array<double, greatest_degree + 1> at_{}, values_{};
-  Series series_;
+  std::array<double, greatest_whole_degree + 1> at_{}, values_{};
+  Chebyshev series_;
   Scales scales_{};
 };
 
@@ -655,7 +420,7 @@ class Walk {
 
 FunctionRoots::FunctionRoots(std::shared_ptr<const ImplicitFunction> function, const ImplicitDomain& domain,
                              double level, double tolerance)
-    : FunctionRoots(std::make_shared<const Compiled>(std::move(function)), domain, level, tolerance) {}
+    : FunctionRoots(std::make_shared<const CompiledFunction>(std::move(function)), domain, level, tolerance) {}
 
 FunctionRoots FunctionRoots::with(const ImplicitDomain& domain, double level) const {
   return {compiled_, domain, level, tolerance_};
@@ -666,28 +431,19 @@ const std::shared_ptr<const ImplicitFunction>& FunctionRoots::function() const {
 std::size_t FunctionRoots::bytes() const { return compiled_->bytes; }
 
 void FunctionRoots::find(const ReferenceRay& ray, bool first_only, std::vector<ReferenceHit>& hits) const {
-  if (const auto f = FunctionOnRay::clipped(*this, ray)) {
+  if (const auto f = FunctionOnRay::clipped(*compiled_, domain_, level_, ray)) {
     HitMaker maker(*f, first_only, hits);
     Walk(*f, tolerance_, maker).run();
   }
 }
 
 FunctionRoots::Margins FunctionRoots::margins(const ReferenceRay& ray) const {
-  const auto f = FunctionOnRay::clipped(*this, ray);
+  const auto f = FunctionOnRay::clipped(*compiled_, domain_, level_, ray);
   if (!f) return {infinity, infinity};
   std::vector<ReferenceHit> hits;
   HitMaker maker(*f, false, hits);
   Walk(*f, tolerance_, maker).run();
   return maker.margins;
-}
-
-bool is_within(const ImplicitDomain& domain, const glm::dvec3& point) {
-  constexpr double stored = std::numeric_limits<float>::epsilon();
-  for (int a = 0; a < 3; a++) {
-    const double slack = domain_slack * (domain.upper[a] - domain.lower[a]) + stored * std::abs(point[a]);
-    if (!(point[a] >= domain.lower[a] - slack && point[a] <= domain.upper[a] + slack)) return false;
-  }
-  return domain.radius == 0 || glm::length(point) <= domain.radius * (1 + domain_slack + stored);
 }
 
 }  // namespace smurf

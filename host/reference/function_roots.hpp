@@ -36,6 +36,8 @@
 
 namespace smurf {
 
+struct CompiledFunction;
+
 class FunctionRoots {
  public:
   FunctionRoots(std::shared_ptr<const ImplicitFunction> function, const ImplicitDomain& domain, double level,
@@ -60,19 +62,14 @@ class FunctionRoots {
   Margins margins(const ReferenceRay& ray) const;
 
  private:
-  struct Compiled;
-  std::shared_ptr<const Compiled> compiled_;
+  std::shared_ptr<const CompiledFunction> compiled_;
   ImplicitDomain domain_;
   double level_;
   double tolerance_;
 
-  FunctionRoots(std::shared_ptr<const Compiled> compiled, const ImplicitDomain& domain, double level, double tolerance)
+  FunctionRoots(std::shared_ptr<const CompiledFunction> compiled, const ImplicitDomain& domain, double level,
+                double tolerance)
       : compiled_(std::move(compiled)), domain_(domain), level_(level), tolerance_(tolerance) {}
-  friend class FunctionOnRay;
 };
-
-// Whether the point is in the domain, or outside by no more than 1e-9 of its extent or by the rounding of a point that
-// was stored as float.
-bool is_within(const ImplicitDomain& domain, const glm::dvec3& point);
 
 }  // namespace smurf

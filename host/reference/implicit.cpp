@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "expression/evaluate.hpp"
+#include "reference/function_on_ray.hpp"
 #include "reference/function_roots.hpp"
 #include "reference/reference_interrogation.hpp"
 

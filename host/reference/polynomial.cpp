@@ -1,46 +1,48 @@
 #include "reference/polynomial.hpp"
 
+#include <cstdint>
+#include <limits>
 #include <numbers>
 
 namespace smurf {
-namespace {
 
-// Nodes, and the matrix that takes values at the nodes to coefficients (a discrete cosine transform).
-struct Transform {
-  int degree;
-  std::array<double, 10> node{};
-  std::array<std::array<double, 10>, 10> matrix{};
-
-  explicit Transform(int n) : degree(n) {
-    auto end = [n](int i) { return i == 0 || i == n ? 2.0 : 1.0; };
-    for (int j = 0; j <= n; j++) {
-      node[j] = 2 * j == n ? 0.0 : std::cos(std::numbers::pi * j / n);
-      for (int k = 0; k <= n; k++) {
-        matrix[k][j] = 2.0 / n * std::cos(std::numbers::pi * ((j * k) % (2 * n)) / n) / (end(j) * end(k));
-      }
+ChebyshevPoints::ChebyshevPoints(int degree)
+    : degree_(degree), points_(std::size_t(degree) + 1), matrix_(points_.size() * points_.size()) {
+  const auto end = [degree](int i) { return i == 0 || i == degree ? 2.0 : 1.0; };
+  for (int j = 0; j <= degree; j++) {
+    // The sine of the distance from the middle is symmetric to the last bit.
+    points_[std::size_t(j)] = std::sin(0.5 * std::numbers::pi * (2 * j - degree) / degree);
+    for (int k = 0; k <= degree; k++) {
+      const int multiple = int((std::int64_t(k) * (degree - j)) % (2 * degree));
+      matrix_[std::size_t(k * (degree + 1) + j)] =
+          2.0 / degree * std::cos(std::numbers::pi * multiple / degree) / (end(j) * end(k));
     }
   }
-};
-
-const Transform& transform(int degree) {
-  static const Transform cubic(3), nonic(9);
-  return degree == 3 ? cubic : nonic;
 }
 
-}  // namespace
-
-double Chebyshev::node(int degree, int j) { return transform(degree).node[j]; }
-
-Chebyshev Chebyshev::through(int degree, const double* values) {
-  const Transform& t = transform(degree);
-  Chebyshev p;
-  p.degree_ = degree;
-  for (int k = 0; k <= degree; k++) {
+void ChebyshevPoints::coefficients(const double* values, double* out) const {
+  for (int k = 0; k <= degree_; k++) {
     double sum = 0;
-    for (int j = 0; j <= degree; j++) sum += t.matrix[k][j] * values[j];
-    p.coefficients_[k] = sum;
+    for (int j = 0; j <= degree_; j++) sum += matrix_[std::size_t(k * (degree_ + 1) + j)] * values[j];
+    out[k] = sum;
   }
+}
+
+Chebyshev::Chebyshev(int degree, const double* coefficients) : degree_(degree) {
+  std::copy_n(coefficients, degree + 1, coefficients_.begin());
+}
+
+Chebyshev Chebyshev::trimmed() const {
+  Chebyshev p = *this;
+  const double negligible = std::numeric_limits<double>::epsilon() * sum();
+  while (p.degree_ > 0 && std::abs(p.coefficients_[std::size_t(p.degree_)]) <= negligible) p.degree_--;
   return p;
+}
+
+double Chebyshev::sum() const {
+  double sum = 0;
+  for (int k = 0; k <= degree_; k++) sum += std::abs(coefficients_[k]);
+  return sum;
 }
 
 double Chebyshev::operator()(double s) const {
@@ -62,12 +64,6 @@ Chebyshev Chebyshev::derivative() const {
   }
   d.coefficients_[0] *= 0.5;
   return d;
-}
-
-double Chebyshev::distance_from_zero() const {
-  double others = 0;
-  for (int k = 1; k <= degree_; k++) others += std::abs(coefficients_[k]);
-  return std::abs(coefficients_[0]) - others;
 }
 
 Chebyshev::Points Chebyshev::sign_changes() const {

@@ -9,26 +9,44 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <vector>
 
 namespace smurf {
 
+// The Chebyshev-Lobatto points of a degree, ascending, and what takes values there to coefficients (a discrete cosine transform).
+class ChebyshevPoints {
+ public:
+  explicit ChebyshevPoints(int degree);
+  int degree() const { return degree_; }
+  double operator[](int j) const { return points_[std::size_t(j)]; }
+  // degree + 1 values in, as many coefficients out.
+  void coefficients(const double* values, double* out) const;
+  std::size_t bytes() const { return (points_.size() + matrix_.size()) * sizeof(double); }
+
+ private:
+  int degree_;
+  std::vector<double> points_, matrix_;
+};
+
 class Chebyshev {
  public:
-  static constexpr int max_degree = 9;
+  static constexpr int max_degree = 16;  // beyond it, the rounding of high derivatives shows
 
-  // The j-th of degree + 1 sampling points, from 1 down to -1.
-  static double node(int degree, int j);
-  // The polynomial with these values at the nodes; degree 3 or 9.
-  static Chebyshev through(int degree, const double* values);
+  Chebyshev() = default;
+  Chebyshev(int degree, const double* coefficients);
+  // Without the last coefficients where they are below rounding.
+  Chebyshev trimmed() const;
 
   double operator()(double s) const;
   Chebyshev derivative() const;
+  double sum() const;  // of the coefficients' sizes: |p| is at most this on [-1, 1]
   // |p| is at least this on [-1, 1]; negative when nothing is known.
-  double distance_from_zero() const;
+  double distance_from_zero() const { return 2 * std::abs(coefficients_[0]) - sum(); }
   double constant() const { return coefficients_[0]; }
 
   struct Points {
-    std::array<double, max_degree + 1> at;
+    std::array<double, max_degree> at;
     int count = 0;
   };
   // All points of (-1, 1) where the sign changes, ascending.

@@ -80,12 +80,15 @@ bool enter(const GridField& field, const ReferenceRay& ray, Walk& walk) {
 
 RaySpan make_span(const GridField& field, const Walk& walk, double from, double to, const GridField::Cell& cell) {
   RaySpan span{walk.t_entry + 0.5 * (from + to), 0.5 * (to - from), {}, cell.scale, cell.rounding};
+  static const ChebyshevPoints cubic(3), nonic(9);
   const int degree = field.degree();
-  double values[Chebyshev::max_degree + 1];
+  const ChebyshevPoints& points = degree == 3 ? cubic : nonic;
+  double values[Chebyshev::max_degree + 1], coefficients[Chebyshev::max_degree + 1];
   const glm::dvec3 middle = walk.entry + 0.5 * (from + to) * walk.direction - glm::dvec3(walk.cell);
   const glm::dvec3 half = 0.5 * (to - from) * walk.direction;
-  for (int j = 0; j <= degree; j++) values[j] = field.evaluate(cell, middle + Chebyshev::node(degree, j) * half);
-  span.f = Chebyshev::through(degree, values);
+  for (int j = 0; j <= degree; j++) values[j] = field.evaluate(cell, middle + points[j] * half);
+  points.coefficients(values, coefficients);
+  span.f = Chebyshev(degree, coefficients);
   return span;
 }
 

@@ -88,8 +88,7 @@ std::string expression_source(const ImplicitFunction& function, bool polynomial)
 
 class ResidentImplicit final : public ResidentSurface {
  public:
-  ResidentImplicit(const ImplicitSurface& surface, Executor& executor)
-      : function_(surface.function), domain_(surface.domain) {
+  ResidentImplicit(const ImplicitSurface& surface, Executor& executor) : function_(surface.function) {
     modules_["surface"] = embedded_core("implicit.inc");
     const std::vector<NodeId> value{function_->value};
     const std::size_t operations = expression::reachable(function_->graph, value).size();
@@ -134,7 +133,6 @@ class ResidentImplicit final : public ResidentSurface {
   }
 
   std::shared_ptr<const ImplicitFunction> function_;
-  ImplicitDomain domain_;
   std::map<std::string, std::string> modules_, defines_;
   TypedBuffer<float> parameters_;
 };
