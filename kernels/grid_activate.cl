@@ -1,5 +1,5 @@
 // The cells that can hold a root at this isovalue.
-#include "grid_cells.inc"
+#include "cells"
 
 __kernel WORK_GROUP void grid_activate(Buffer parameters, Buffer surface_a, Buffer bounds, Buffer cells, int count) {
   integer items = lane_items(get_global_id(0));

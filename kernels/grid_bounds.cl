@@ -1,5 +1,5 @@
 // The range of values in each block of cells.
-#include "grid_cells.inc"
+#include "cells"
 
 __kernel WORK_GROUP void grid_bounds(Buffer parameters, Buffer surface_a, Buffer bounds, int count) {
   integer items = lane_items(get_global_id(0));

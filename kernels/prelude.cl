@@ -52,6 +52,7 @@
 #define splat(x) ((real)(x))
 #define splat_integer(x) ((integer)(x))
 #define splat_word(x) ((word)(x))
+#define count_bits(w) to_signed(popcount(w))
 #define absolute(x) fabs(x)
 #define square_root(x) sqrt(x)
 

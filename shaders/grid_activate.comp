@@ -1,5 +1,5 @@
 // The cells that can hold a root at this isovalue.
-#include "grid_cells.inc"
+#include "cells"
 
 layout(local_size_x = GROUP) in;
 

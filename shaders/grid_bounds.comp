@@ -1,5 +1,5 @@
 // The range of values in each block of cells.
-#include "grid_cells.inc"
+#include "cells"
 
 layout(local_size_x = GROUP) in;
 

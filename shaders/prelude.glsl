@@ -23,6 +23,7 @@
 #define splat(x) float(x)
 #define splat_integer(x) int(x)
 #define splat_word(x) uint(x)
+#define count_bits(w) bitCount(w)
 #define absolute(x) abs(x)
 #define square_root(x) sqrt(x)
 

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdlib>
 #include <functional>
@@ -29,6 +30,17 @@ using namespace one_lane;
 using one_lane::separate::multiply_add;
 #include "kernels/core/dual_interval.inc"
 }  // namespace separate
+
+namespace errors_fused {
+using namespace one_lane;
+using one_lane::fused::multiply_add;
+#include "kernels/core/rounded.inc"
+}  // namespace errors_fused
+namespace errors_separate {
+using namespace one_lane;
+using one_lane::separate::multiply_add;
+#include "kernels/core/rounded.inc"
+}  // namespace errors_separate
 
 // One generated expression in all vocabularies. It touches every word, and is defined wherever x > 0.1 and y > 0.
 #define GENERATED                                                                                 \
@@ -60,6 +72,12 @@ using one_lane::separate::multiply_add;
 #include "kernels/core/interval_vocabulary.inc"
 GENERATED
 }  // namespace in_intervals
+namespace in_rounded {
+using namespace one_lane;
+using one_lane::separate::multiply_add;
+#include "kernels/core/rounded_vocabulary.inc"
+GENERATED
+}  // namespace in_rounded
 namespace in_reals {
 using namespace one_lane;
 using one_lane::separate::multiply_add;
@@ -538,6 +556,99 @@ TEST(KernelIntervals, AreTight) {
   EXPECT_FALSE(interval_arcsine(of(0, 1.1)).defined);
 }
 
+// ---- Running errors.
+
+// A float with its error, seen as the interval that it stands for.
+template <class Rounded>
+struct Spread {
+  Rounded rounded;
+  float low = -HUGE_REAL, high = HUGE_REAL;
+  bool defined = false;
+
+  explicit Spread(Rounded r) : rounded(r) {
+    if (!(r.error < 1e30f)) return;
+    // One step outward, for the rounding of these very sums.
+    low = std::nextafter(static_cast<float>(double{r.value} - r.error), -HUGE_REAL);
+    high = std::nextafter(static_cast<float>(double{r.value} + r.error), HUGE_REAL);
+    defined = true;
+  }
+  Spread() = default;
+};
+
+template <class Rounded>
+Rounded plain(Spread<Rounded> a) {
+  return a.rounded;
+}
+template <class Number>
+Number plain(Number a) {
+  return a;
+}
+// An operation on Rounded, on what they spread over.
+template <class Apply>
+auto spread(Apply apply) {
+  return [apply](auto... a) { return Spread(apply(plain(a)...)); };
+}
+
+#define PREFIX(name) spread([](auto... x) { return ::errors_fused::rounded_##name(x...); })
+std::vector<Operation<Spread<::errors_fused::Rounded>>> fused_rounded() {
+  using I = Spread<::errors_fused::Rounded>;
+  return {OPERATIONS};
+}
+#undef PREFIX
+#define PREFIX(name) spread([](auto... x) { return ::errors_separate::rounded_##name(x...); })
+std::vector<Operation<Spread<::errors_separate::Rounded>>> separate_rounded() {
+  using I = Spread<::errors_separate::Rounded>;
+  return {OPERATIONS};
+}
+#undef PREFIX
+
+// The float in the middle, with an error that reaches both ends.
+template <class Rounded, class Make>
+auto spread_over(Make make) {
+  return [make](float low, float high) {
+    const float middle = static_cast<float>(0.5 * low + 0.5 * high);
+    const double reach = std::max(double{high} - middle, double{middle} - low);
+    // One step more, for what double has rounded off. Denormals may be flushed before they come here.
+    const auto denormal = [](float x) {
+      const std::uint32_t size = std::bit_cast<std::uint32_t>(x) & 0x7fffffffu;
+      return size != 0 && size < 0x00800000u;
+    };
+    float error = reach > 0 ? std::max(std::nextafter(static_cast<float>(reach), HUGE_REAL), 2 * NORMAL_REAL) : 0.0f;
+    if (denormal(low) || denormal(high)) error += 2 * NORMAL_REAL;
+    return Spread<Rounded>(make(middle, error));
+  };
+}
+
+TEST(KernelRounded, ErrorsReachEveryResult) {
+  for (const bool flushed : {false, true}) {
+    enclose_all(fused_rounded(), spread_over<::errors_fused::Rounded>(::errors_fused::rounded_make), flushed);
+    enclose_all(separate_rounded(), spread_over<::errors_separate::Rounded>(::errors_separate::rounded_make), flushed);
+  }
+}
+
+TEST(KernelRounded, AreTight) {
+  using namespace ::errors_separate;
+  const Rounded x = rounded_make(0.75f, 1e-6f), y = rounded_make(-3.0f, 2e-6f);
+  const auto expect = [](Rounded a, double value, double error) {
+    EXPECT_NEAR(a.value, value, 40 * kRounding * std::fabs(value));
+    EXPECT_LE(a.error, 1.1 * error + 40 * kRounding * std::fabs(value)) << value;
+    EXPECT_GE(a.error, error * 0.99) << value;
+  };
+  expect(rounded_add(x, y), -2.25, 3e-6);
+  expect(rounded_multiply(x, y), -2.25, 4.5e-6);
+  expect(rounded_divide(y, x), -4, 8e-6);
+  expect(rounded_square_root(x), std::sqrt(0.75), 0.5e-6 / std::sqrt(0.75));
+  expect(rounded_square(y), 9, 1.2e-5);
+  expect(rounded_power_integer(y, 3), -27, 5.4e-5);
+  expect(rounded_exponential(y), std::exp(-3), 2e-6 * std::exp(-3));
+  expect(rounded_logarithm(x), std::log(0.75), 1e-6 / 0.75);
+  expect(rounded_maximum(x, y), 0.75, 1e-6);
+  expect(rounded_choose(y, x, x, y), 0.75, 1e-6);
+  EXPECT_FALSE(rounded_known(rounded_square_root(rounded_make(1e-7f, 1e-6f))));
+  EXPECT_FALSE(rounded_known(rounded_divide(x, rounded_make(1e-7f, 1e-6f))));
+  EXPECT_FALSE(rounded_known(rounded_multiply(rounded_exact(0), rounded_logarithm(y)))) << "the logarithm is undefined";
+}
+
 // ---- Slopes.
 
 #define PREFIX(name) ::separate::dual_##name
@@ -664,7 +775,8 @@ double generated(double x, double y) {
 
 TEST(KernelVocabularies, AgreeOnAGeneratedExpression) {
   Random random(3);
-  int with_slope = 0;
+  int with_slope = 0, with_error = 0;
+  float largest_error = 0;
   for (int n = 0; n < 20000; n++) {
     const double x = random.uniform(0.2, 80), y = random.uniform(0.1, 20), dx = random.uniform(-1, 1),
                  dy = random.uniform(-1, 1);
@@ -683,6 +795,13 @@ TEST(KernelVocabularies, AgreeOnAGeneratedExpression) {
     ASSERT_EQ(values.low, slopes.value.low);
     ASSERT_EQ(values.high, slopes.value.high);
     const auto exact = [&](double t) { return generated(x + dx * t, y + dy * t); };
+    const auto rounded =
+        in_rounded::generated(in_rounded::rounded_exact(float(x)), in_rounded::rounded_exact(float(y)));
+    if (in_rounded::rounded_known(rounded)) {
+      with_error++;
+      ASSERT_LE(std::fabs(rounded.value - generated(double{float(x)}, double{float(y)})), rounded.error);
+      largest_error = std::max(largest_error, rounded.error);
+    }
     const double t = extent * random.uniform(0, 1), s = extent * random.uniform(0, 1);
     ASSERT_GE(exact(t), values.low);
     ASSERT_LE(exact(t), values.high);
@@ -701,6 +820,8 @@ TEST(KernelVocabularies, AgreeOnAGeneratedExpression) {
     }
   }
   EXPECT_GT(with_slope, 10000);
+  EXPECT_GT(with_error, 19000);
+  EXPECT_LT(largest_error, 51);  // at the jumps of floor and modulo
 }
 
 }  // namespace

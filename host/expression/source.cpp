@@ -54,8 +54,9 @@ std::string float_literal(float value) {
 }
 
 std::string device_source(const Graph& graph, std::span<const NodeId> roots, std::string_view prefix,
-                          std::vector<std::string>& names) {
+                          std::vector<std::string>& names, const std::function<std::string(const Node&)>& decision) {
   const Program program = make_program(graph, roots);
+  const std::vector<NodeId> ids = reachable(graph, roots);  // of the program's nodes, in the graph
   const std::vector<bool> named = constants_with_names(program);
   std::vector<NodeId> numbers(program.nodes.size());  // of statements, by node
   const auto name = [&](NodeId id) {
@@ -70,14 +71,15 @@ std::string device_source(const Graph& graph, std::span<const NodeId> roots, std
     if (node.op == Op::variable || (node.op == Op::constant && !named[id])) continue;
     numbers[id] = statements++;
     const bool constant = takes_constant(program, node);
-    std::string arguments;
+    const std::string decided = decision ? decision(graph[ids[id]]) : "";
+    std::string arguments = decided;
     const auto add = [&](const std::string& argument) { arguments += (arguments.empty() ? "" : ", ") + argument; };
     for (int i = 0; i < (constant ? 1 : arity(node.op)); i++) add(name(node.arguments[std::size_t(i)]));
     if (constant) add(float_literal(as_float(program.nodes[node.arguments[1]].value)));
     if (node.op == Op::constant) add(float_literal(as_float(node.value)));
     if (node.op == Op::power_integer) add(fmt::format("{}", int(node.value)));
     fmt::format_to(std::back_inserter(text), "    NUMBER {} = OP_{}{}({});\n", name(NodeId(id)),
-                   words[std::size_t(node.op)], constant ? "_CONSTANT" : "", arguments);
+                   words[std::size_t(node.op)], constant ? "_CONSTANT" : (decided.empty() ? "" : "_BY"), arguments);
   }
   names.clear();
   for (const NodeId root : program.roots) names.push_back(name(root));

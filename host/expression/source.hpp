@@ -17,8 +17,12 @@
 //
 // Here a, b, ... are names; c is a float literal, with its sign and the suffix f. Constants are rounded to float: an
 // interval arithmetic must widen them by half a unit in the last place, and what is too small for a float becomes 0.
+//
+// Operations that are decided otherwise, which of its arguments a minimum takes or which sign an absolute value's argument has, are
+// written OP_<NAME>_BY(decision, arguments).
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -30,9 +34,10 @@ namespace smurf::expression {
 
 // The statements, and in `names` one name per root, which is a statement's or a variable's. Statements are named
 // <prefix>n0, <prefix>n1, ...; variables are v0, v1, ... whatever the prefix. Throws Error (input) when a constant is
-// too great for a float.
+// too great for a float. `decision` gives the text of an operation's decision, empty for none.
 std::string device_source(const Graph& graph, std::span<const NodeId> roots, std::string_view prefix,
-                          std::vector<std::string>& names);
+                          std::vector<std::string>& names,
+                          const std::function<std::string(const Node&)>& decision = {});
 
 // A literal that reads back to the same float in both languages.
 std::string float_literal(float value);

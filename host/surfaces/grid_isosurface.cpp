@@ -17,13 +17,10 @@
 
 #include "grid_parameters.inc"
 #include "smurf/error.hpp"
+#include "surfaces/active_cells.hpp"
 
 namespace smurf {
 namespace {
-
-constexpr int block_cells = 4;
-constexpr int block_rows = 16;     // of cells along x, a word of distances each
-constexpr int farthest_skip = 64;  // blocks; distances of their cells must fit a byte
 
 // Sample types that kernels read as they are; all others become float on the device.
 bool native_on_device(SampleType type) {
@@ -68,54 +65,6 @@ void restore_non_finite(const Volume& volume, Executor& executor, DeviceBuffer& 
   }
 }
 
-// The box of cells whose bits are set, [low, high).
-struct CellBox {
-  glm::ivec3 low{std::numeric_limits<int>::max()};
-  glm::ivec3 high{std::numeric_limits<int>::min()};
-  void add(glm::ivec3 block, std::uint64_t bits) {
-    std::uint64_t in_plane = 0;  // bit x + 4y
-    for (int z = 0; z < block_cells; z++) {
-      const std::uint64_t plane = (bits >> (16 * z)) & 0xffff;
-      if (plane != 0) extend(2, block_cells * block.z + z);
-      in_plane |= plane;
-    }
-    for (int y = 0; y < block_cells; y++) {
-      if ((in_plane >> (4 * y)) & 0xf) extend(1, block_cells * block.y + y);
-    }
-    for (int x = 0; x < block_cells; x++) {
-      if ((in_plane >> x) & 0x1111) extend(0, block_cells * block.x + x);
-    }
-  }
-  void extend(int axis, int cell) {
-    low[axis] = std::min(low[axis], cell);
-    high[axis] = std::max(high[axis], cell + 1);
-  }
-};
-
-// Distance of every block to the nearest one with distance 0, in blocks and the maximum norm: two sweeps over
-// the 13 neighbours before and after (Rosenfeld, Pfaltz 1968; exact for this norm).
-void spread_distances(std::vector<std::uint8_t>& distance, glm::ivec3 blocks) {
-  const auto sweep = [&](int direction) {
-    const std::int64_t count = std::int64_t(blocks.x) * blocks.y * blocks.z;
-    for (std::int64_t n = 0; n < count; n++) {
-      const std::int64_t index = direction > 0 ? n : count - 1 - n;
-      int nearest = distance[std::size_t(index)];
-      if (nearest == 0) continue;
-      const int x = int(index % blocks.x), y = int(index / blocks.x % blocks.y), z = int(index / blocks.x / blocks.y);
-      for (int neighbour = 0; neighbour < 13; neighbour++) {
-        const int dx = direction * (neighbour % 3 - 1), dy = direction * (neighbour / 3 % 3 - 1),
-                  dz = direction * (neighbour / 9 - 1);
-        const int nx = x + dx, ny = y + dy, nz = z + dz;
-        if (nx < 0 || ny < 0 || nz < 0 || nx >= blocks.x || ny >= blocks.y || nz >= blocks.z) continue;
-        nearest = std::min(nearest, distance[std::size_t((std::int64_t(nz) * blocks.y + ny) * blocks.x + nx)] + 1);
-      }
-      distance[std::size_t(index)] = std::uint8_t(nearest);
-    }
-  };
-  sweep(1);
-  sweep(-1);
-}
-
 // A volume of one sample along an axis has no cells. On the device it gets a second, equal layer there, while its domain
 // stays flat: rays within it are answered as on any other.
 Volume thickened(const Volume& volume) {
@@ -148,8 +97,6 @@ class ResidentGridIsosurface final : public ResidentSurface {
         original_(surface.volume),
         volume_(thickened(original_)),
         reconstruction_(surface.reconstruction) {
-    const glm::ivec3 size = volume_.size();
-    blocks_ = glm::max((size - 1 + block_cells - 1) / block_cells, glm::ivec3(1));
     choose_modules();
     upload_parameters();
     upload_samples();
@@ -160,10 +107,9 @@ class ResidentGridIsosurface final : public ResidentSurface {
   const std::map<std::string, std::string>& modules() const override { return modules_; }
   const std::map<std::string, std::string>& defines() const override { return defines_; }
   DeviceBuffer* parameters() const override { return parameters_.get(); }
-  std::vector<DeviceBuffer*> buffers() const override { return {samples_.get(), distances_.get()}; }
+  std::vector<DeviceBuffer*> buffers() const override { return {samples_.get(), cells_->distances()}; }
   std::size_t bytes() const override {
-    return samples_->bytes() + bounds_.bytes() + cells_.bytes() + skips_.bytes() + distances_.bytes() +
-           parameters_.bytes();
+    return samples_->bytes() + bounds_.bytes() + cells_->bytes() + parameters_.bytes();
   }
 
   bool update(const SurfaceModel& model) override {
@@ -181,12 +127,11 @@ class ResidentGridIsosurface final : public ResidentSurface {
   }
 
  private:
-  std::size_t block_count() const { return std::size_t(blocks_.x) * std::size_t(blocks_.y) * std::size_t(blocks_.z); }
-
   void choose_modules() {
     const bool cubic = reconstruction_ != Reconstruction::trilinear;
     const bool native = native_on_device(volume_.type()) && reconstruction_ != Reconstruction::tricubic;
     modules_["surface"] = embedded_core("grid_isosurface.inc");
+    modules_["cells"] = embedded_core("grid_cells.inc");
     modules_["field"] = embedded_core(cubic ? "cubic.inc" : "trilinear.inc");
     if (cubic)
       modules_["weights"] = embedded_core(reconstruction_ == Reconstruction::tricubic ? "weights_bspline.inc"
@@ -207,8 +152,9 @@ class ResidentGridIsosurface final : public ResidentSurface {
       put_real(high_at, high);
       put_real(low_at, float(value - double(high)));
     };
-    put_integer(GRID_BLOCKS, blocks_.x);
-    put_integer(GRID_BLOCKS + 1, blocks_.y);
+    const glm::ivec3 blocks = ActiveCells::blocks_of(volume_.size() - 1);
+    put_integer(GRID_BLOCKS, blocks.x);
+    put_integer(GRID_BLOCKS + 1, blocks.y);
     const glm::dmat3 world_to_index = glm::inverse(volume_.placement().axes);
     for (int i = 0; i < 3; i++) {
       put_integer(GRID_SIZE + i, volume_.size()[i]);
@@ -278,79 +224,38 @@ class ResidentGridIsosurface final : public ResidentSurface {
     }
   }
 
-  void bound_blocks() {
-    bounds_ = TypedBuffer<glm::vec2>(executor_, block_count(), "block bounds");
-    cells_ = TypedBuffer<glm::uvec2>(executor_, block_count(), "active cells");
-    skips_ = TypedBuffer<std::uint32_t>(executor_, (block_count() + 3) / 4, "block distances");
-    distances_ = TypedBuffer<std::uint32_t>(executor_, block_count() * block_rows, "cell distances");
-    launch(executor_, Program{KernelId::grid_bounds, modules_, defines_},
-           arguments::grid_bounds{.parameters = parameters_.get(),
-                                  .surface_a = samples_.get(),
-                                  .bounds = bounds_.get(),
-                                  .count = int(block_count())},
-           block_count());
-  }
-
   void activate(double isovalue) {
     const float value = float(isovalue - double(offset_));
     executor_.write(*parameters_.get(), GRID_ISOVALUE * 4, &value, sizeof value);
-    std::vector<glm::uvec2> cells(block_count(), glm::uvec2(0));
-    if (std::isfinite(value)) {
-      launch(executor_, Program{KernelId::grid_activate, modules_, defines_},
-             arguments::grid_activate{.parameters = parameters_.get(),
-                                      .surface_a = samples_.get(),
-                                      .bounds = bounds_.get(),
-                                      .cells = cells_.get(),
-                                      .count = int(block_count())},
-             block_count());
-      cells_.read(cells);
-    } else {
-      cells_.write(cells);
-    }
-    CellBox box;
-    std::vector<std::uint8_t> distance(skips_.bytes(), farthest_skip);
-    for (std::size_t i = 0; i < cells.size(); i++) {
-      const std::uint64_t bits = cells[i].x | std::uint64_t(cells[i].y) << 32;
-      if (bits == 0) continue;
-      distance[i] = 0;
-      const int index = int(i);
-      box.add({index % blocks_.x, index / blocks_.x % blocks_.y, index / blocks_.x / blocks_.y}, bits);
-    }
-    spread_distances(distance, blocks_);
-    executor_.write(*skips_.get(), 0, distance.data(), distance.size());
-    launch(executor_, Program{KernelId::grid_distances, modules_, defines_},
-           arguments::grid_distances{.parameters = parameters_.get(),
-                                     .surface_a = samples_.get(),
-                                     .cells = cells_.get(),
-                                     .skips = skips_.get(),
-                                     .distances = distances_.get(),
-                                     .count = int(block_count())},
-           block_count());
-    // Without an active cell any cell will do: nothing is found there.
-    const bool empty = box.low.x > box.high.x;
-    const std::array<float, 6> reals =
-        empty ? std::array<float, 6>{0, 0, 0, 1, 1, 1}
-              : std::array<float, 6>{float(box.low.x),  float(box.low.y),  float(box.low.z),
-                                     float(box.high.x), float(box.high.y), float(box.high.z)};
-    // The box that rays are clipped to ends with the domain.
-    std::array<float, 6> clipped = reals;
-    for (std::size_t i = 0; i < 3; i++) clipped[3 + i] = std::min(reals[3 + i], float(original_.size()[int(i)] - 1));
-    executor_.write(*parameters_.get(), GRID_LOWER * 4, clipped.data(), sizeof clipped);
+    const std::vector<glm::uvec2> none(cells_->block_count(), glm::uvec2(0));
+    // Rays are clipped to the box of active cells, which ends with the domain.
+    cells_->activate(std::isfinite(value) ? cells_->find() : none, glm::vec3(original_.size() - 1));
+  }
+
+  void bound_blocks() {
+    const glm::ivec3 cells = volume_.size() - 1;
+    const glm::ivec3 blocks = ActiveCells::blocks_of(cells);
+    const std::size_t count = std::size_t(blocks.x) * std::size_t(blocks.y) * std::size_t(blocks.z);
+    bounds_ = TypedBuffer<glm::vec2>(executor_, count, "block bounds");
+    launch(
+        executor_, Program{KernelId::grid_bounds, modules_, defines_},
+        arguments::grid_bounds{
+            .parameters = parameters_.get(), .surface_a = samples_.get(), .bounds = bounds_.get(), .count = int(count)},
+        count);
+    cells_ = std::make_unique<ActiveCells>(executor_, cells, modules_, defines_, *parameters_.get(), *samples_,
+                                           *bounds_.get());
   }
 
   Executor& executor_;
   const Volume original_;
   const Volume volume_;  // with at least two samples along each axis
   const Reconstruction reconstruction_;
-  glm::ivec3 blocks_{1};
   float offset_ = 0;  // taken off the samples on the device
   std::map<std::string, std::string> modules_, defines_;
   std::unique_ptr<DeviceBuffer> samples_;
   TypedBuffer<std::uint32_t> parameters_;
-  TypedBuffer<glm::vec2> bounds_;
-  TypedBuffer<glm::uvec2> cells_;
-  TypedBuffer<std::uint32_t> skips_;
-  TypedBuffer<std::uint32_t> distances_;
+  TypedBuffer<glm::vec2> bounds_;  // the least and greatest value in each block of cells
+  std::unique_ptr<ActiveCells> cells_;
 };
 
 }  // namespace

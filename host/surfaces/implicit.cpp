@@ -1,94 +1,197 @@
 // Surfaces given by expressions on a device: the expression and its derivatives become device source, in four arithmetics (kernels/core):
-// intervals with their slope along a ray, intervals, floats with their slope along a ray, and floats.
+// intervals with and without their slope along a ray, floats with a bound on their rounding, with their slope along a ray, and as such. The domain is cut into cells; of
+// those that can hold a root the device keeps a Taylor model.
+//
+// Device memory: 64 bytes for each active cell, and 1.3 bytes for each cell (active_cells.hpp).
 #include "surfaces/implicit.hpp"
 
 #include <fmt/args.h>
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <span>
 #include <vector>
 
-#include "expression/polynomial_source.hpp"
 #include "expression/source.hpp"
 #include "implicit_parameters.inc"
 #include "smurf/error.hpp"
+#include "surfaces/active_cells.hpp"
 
 namespace smurf {
 namespace {
 
 using expression::Graph;
 using expression::NodeId;
+using expression::Op;
 
 // A function of the generated source: statements, and what is made of the values of its roots ({0}, {1}, ...).
 std::string function_source(const Graph& graph, std::span<const NodeId> roots, std::string_view head,
-                            std::string_view before, std::string_view after) {
+                            std::string_view before, std::string_view after,
+                            const std::function<std::string(const expression::Node&)>& decision = {}) {
   std::vector<std::string> names;
-  std::string text = fmt::format("FN {} {{\n{}", head, before);
-  text += expression::device_source(graph, roots, "", names);
+  std::string text = fmt::format("{} {{\n{}", head, before);
+  text += expression::device_source(graph, roots, "", names, decision);
   fmt::dynamic_format_arg_store<fmt::format_context> arguments;
   for (const std::string& name : names) arguments.push_back(name);
   return text + fmt::vformat(after, arguments) + "}\n";
 }
 
-// Polynomials of this degree at most are restricted to rays as such. Of higher ones the values far from the surface are so large that their
-// rounding hides it; interval arithmetic narrows down to where they are small.
-constexpr int greatest_degree = 6;
-constexpr std::size_t most_operations = 200;
-
 // Compilers take minutes over straight code that is longer.
 constexpr std::size_t compiled_operations = 400;
 
-bool is_handled_as_polynomial(const ImplicitFunction& function) {
-  const std::vector<NodeId> value{function.value};
-  return function.degree >= 1 && function.degree <= greatest_degree &&
-         expression::reachable(function.graph, value).size() <= most_operations;
-}
-
-// What is asked of the expression along rays (kernels/core/piece_*.inc) and at points (implicit.inc).
-std::string expression_source(const ImplicitFunction& function, bool polynomial) {
+// What is asked of the expression along rays (piece_model.inc) and at points (implicit.inc).
+std::string expression_source(const ImplicitFunction& function) {
   const Graph& graph = function.graph;
   const std::vector<NodeId> value{function.value};
   std::vector<NodeId> jet{function.value};
   jet.insert(jet.end(), function.gradient.begin(), function.gradient.end());
   jet.insert(jet.end(), function.hessian.begin(), function.hessian.end());
-  std::string text;
-  if (polynomial) {
-    text +=
-        "FN Piece expression_piece(real from_x, real to_x, real error_x, real from_y, real to_y, real error_y,\n"
-        "                          real from_z, real to_z, real error_z, real level) {\n  Piece piece;\n";
-    text += expression::polynomial_source(graph, function.value, function.degree) + "  return piece;\n}\n";
-  } else {
-    text += "#include \"dual_vocabulary.inc\"\n#include \"dual_nowhere.inc\"\n";
-    text += function_source(graph, value, "Span expression_span(Dual v0, Dual v1, Dual v2)",
-                            "  mask nowhere = mask_none();\n",
-                            "  Span span;\n  span.field = {0};\n  span.nowhere = nowhere;\n  return span;\n");
-  }
-  text += "#include \"interval_vocabulary.inc\"\nSTRUCT(Interval3) { Interval x, y, z; };\n";
+  std::string text = "#include \"dual_vocabulary.inc\"\n#include \"dual_nowhere.inc\"\n";
+  text += function_source(graph, value, "FN Span expression_span(Dual v0, Dual v1, Dual v2)",
+                          "  mask nowhere = mask_none();\n",
+                          "  Span span;\n  span.field = {0};\n  span.nowhere = nowhere;\n  return span;\n");
+  text += "#include \"rounded_vocabulary.inc\"\nSTRUCT(Rounded3) { Rounded x, y, z; };\n";
   text +=
-      function_source(graph, function.gradient, "Interval3 expression_gradient(Interval v0, Interval v1, Interval v2)",
-                      "", "  Interval3 g;\n  g.x = {0};\n  g.y = {1};\n  g.z = {2};\n  return g;\n");
-  if (!polynomial) {
-    text += function_source(graph, value, "Interval expression_point(Interval v0, Interval v1, Interval v2)", "",
-                            "  return {0};\n");
-    text += "#include \"real_dual_vocabulary.inc\"\n";
-    text += function_source(graph, value, "RealDual expression_along(RealDual v0, RealDual v1, RealDual v2)", "",
-                            "  return {0};\n");
-  }
+      function_source(graph, function.gradient, "FN Rounded3 expression_gradient(Rounded v0, Rounded v1, Rounded v2)",
+                      "", "  Rounded3 g;\n  g.x = {0};\n  g.y = {1};\n  g.z = {2};\n  return g;\n");
+  text += function_source(graph, value, "FN Rounded expression_point(Rounded v0, Rounded v1, Rounded v2)", "",
+                          "  return {0};\n");
+  text += "#include \"real_dual_vocabulary.inc\"\n";
+  text += function_source(graph, value, "FN RealDual expression_along(RealDual v0, RealDual v1, RealDual v2)", "",
+                          "  return {0};\n");
   text +=
       "#include \"frame.inc\"\n#include \"real_vocabulary.inc\"\n"
       "STRUCT(Jet) { real value; real3 gradient; Symmetric3 hessian; };\n";
-  text += function_source(graph, jet, "Jet expression_jet(real v0, real v1, real v2)", "",
+  text += function_source(graph, jet, "FN Jet expression_jet(real v0, real v1, real v2)", "",
                           "  Jet jet;\n  jet.value = {0};\n  jet.gradient = make3({1}, {2}, {3});\n"
                           "  jet.hessian.xx = {4};\n  jet.hessian.yy = {5};\n  jet.hessian.zz = {6};\n"
                           "  jet.hessian.xy = {7};\n  jet.hessian.xz = {8};\n  jet.hessian.yz = {9};\n  return jet;\n");
   return text;
 }
 
+// The creases of a function: where minima, maxima, choices and absolute values turn from one argument to the other. Each is where a
+// difference vanishes, which can be bounded over a cell much more closely than by comparing bounds of both arguments.
+class Creases {
+ public:
+  Creases(Graph& graph, NodeId value) {
+    const std::vector<NodeId> roots{value};
+    for (const NodeId id : expression::reachable(graph, roots)) {
+      const expression::Node node = graph[id];
+      if (node.op == Op::absolute) add(node.arguments[0], none, node.arguments[0]);
+      if (node.op == Op::minimum || node.op == Op::maximum || node.op == Op::choose) {
+        const auto [a, b] = std::pair(node.arguments[0], node.arguments[1]);
+        add(a, b, graph.subtract(a, b));
+      }
+    }
+    if (differences_.size() > most) {
+      differences_.clear();
+      places_.clear();
+    }
+    for (std::size_t i = 0, count = differences_.size(); i < count; i++) {
+      for (int axis = 0; axis < 3; axis++) slopes_.push_back(expression::derivative(graph, differences_[i], axis));
+    }
+  }
+
+  std::size_t count() const { return differences_.size(); }
+  // Each difference and its derivatives by x, y, z.
+  std::vector<NodeId> roots() const {
+    std::vector<NodeId> all;
+    for (std::size_t i = 0; i < count(); i++) {
+      all.push_back(differences_[i]);
+      all.insert(all.end(), slopes_.begin() + std::ptrdiff_t(3 * i), slopes_.begin() + std::ptrdiff_t(3 * i + 3));
+    }
+    return all;
+  }
+  // The sign of the difference that an operation turns on, as text; empty if it turns on none.
+  std::string decision(const expression::Node& node) const {
+    const auto find = [&](NodeId a, NodeId b, std::string_view sign) {
+      const auto found = places_.find({a, b});
+      return found == places_.end() ? std::string() : fmt::format("{}by.at[{}]", sign, found->second);
+    };
+    const NodeId a = node.arguments[0], b = node.arguments[1];
+    switch (node.op) {
+      case Op::absolute:
+      case Op::sign:
+        return find(a, none, "");
+      case Op::minimum:
+      case Op::maximum:
+      case Op::choose: {
+        const std::string forward = find(a, b, "");
+        return forward.empty() ? find(b, a, "-") : forward;
+      }
+      default:
+        return {};
+    }
+  }
+
+ private:
+  static constexpr NodeId none = std::numeric_limits<NodeId>::max();
+  static constexpr std::size_t most = 16;
+
+  void add(NodeId a, NodeId b, NodeId difference) {
+    if (!places_.emplace(std::pair(a, b), differences_.size()).second) return;
+    differences_.push_back(difference);
+  }
+
+  std::vector<NodeId> differences_, slopes_;
+  std::map<std::pair<NodeId, NodeId>, std::size_t> places_;
+};
+
+// What is asked of it in cells (implicit_cells.inc).
+std::string box_source(const Graph& graph, const ImplicitFunction& function, const Creases& creases) {
+  const std::vector<NodeId> value{function.value};
+  std::vector<NodeId> jet{function.value};
+  jet.insert(jet.end(), function.gradient.begin(), function.gradient.end());
+  jet.insert(jet.end(), function.hessian.begin(), function.hessian.end());
+  std::string text = "#include \"interval_nowhere.inc\"\n";
+  text += function_source(graph, value, "FN_SHARED Reach expression_reach(Interval v0, Interval v1, Interval v2)",
+                          "  mask nowhere = mask_none();\n",
+                          "  Reach reach;\n  reach.field = {0};\n  reach.nowhere = nowhere;\n  return reach;\n");
+  text += "#include \"interval_smooth.inc\"\n";
+  std::string assignments = "  Differences differences;\n  differences.smooth_here = smooth_here;\n";
+  if (creases.count() == 0)
+    assignments += "  UNROLL for (int i = 0; i < 4; i++) differences.at[i] = interval_whole(mask_none());\n";
+  for (std::size_t i = 0; i < 4 * creases.count(); i++)
+    assignments += fmt::format("  differences.at[{0}] = {{{0}}};\n", i);
+  text += function_source(
+      graph, creases.roots(), "FN_SHARED Differences expression_differences(Interval v0, Interval v1, Interval v2)",
+      "  mask smooth_here = mask_all(), nowhere = mask_none();\n", assignments + "  return differences;\n");
+  text +=
+      function_source(graph, jet, "FN_SHARED Box expression_box(Interval v0, Interval v1, Interval v2, Decisions by)",
+                      "  mask smooth_here = mask_all(), nowhere = mask_none();\n",
+                      "  Box box;\n  box.value = {0};\n  box.x = {1};\n  box.y = {2};\n  box.z = {3};\n"
+                      "  box.xx = {4};\n  box.yy = {5};\n  box.zz = {6};\n  box.xy = {7};\n  box.xz = {8};\n"
+                      "  box.yz = {9};\n  box.smooth_here = smooth_here;\n  return box;\n",
+                      [&](const expression::Node& node) { return creases.decision(node); });
+  return text;
+}
+
+// Cells along the longest side of the domain, at most; at least half as many.
+constexpr double most_cells = 192;
+
+// The cells that the domain is cut into: cubes whose size is a power of two, at whole multiples of it, so that floats hold
+// their middles exactly.
+struct CellGrid {
+  double size = 1;
+  glm::dvec3 origin{0.0};
+  glm::ivec3 cells{1};
+
+  explicit CellGrid(const ImplicitDomain& domain) {
+    const glm::dvec3 extent = domain.upper - domain.lower;
+    const double longest = std::max({extent.x, extent.y, extent.z, 1e-30});
+    size = std::exp2(std::ceil(std::log2(longest / (most_cells - 1))));
+    origin = size * glm::floor(domain.lower / size);
+    cells = glm::max(glm::ivec3(glm::ceil((domain.upper - origin) / size)), glm::ivec3(1));
+  }
+};
+
 class ResidentImplicit final : public ResidentSurface {
  public:
-  ResidentImplicit(const ImplicitSurface& surface, Executor& executor) : function_(surface.function) {
+  ResidentImplicit(const ImplicitSurface& surface, Executor& executor)
+      : executor_(executor), domain_(surface.domain), function_(surface.function) {
     modules_["surface"] = embedded_core("implicit.inc");
     const std::vector<NodeId> value{function_->value};
     const std::size_t operations = expression::reachable(function_->graph, value).size();
@@ -98,43 +201,126 @@ class ResidentImplicit final : public ResidentSurface {
                               "takes any number)",
                               operations, compiled_operations));
     }
-    const bool polynomial = is_handled_as_polynomial(*function_);
-    modules_["expression"] = expression_source(*function_, polynomial);
-    modules_["piece"] = embedded_core(polynomial ? "piece_polynomial.inc" : "piece_dual.inc");
-    if (polynomial) defines_["DEGREE"] = fmt::format("{}", function_->degree);
-    parameters_ = TypedBuffer<float>(executor, IMPLICIT_PARAMETER_WORDS, "surface parameters");
+    modules_["expression"] = expression_source(*function_);
+    Graph with_differences = function_->graph;
+    const Creases creases(with_differences, function_->value);
+    modules_["box"] = box_source(with_differences, *function_, creases);
+    defines_["CREASES"] = fmt::format("{}", creases.count());
+    modules_["cells"] = embedded_core("implicit_cells.inc");
+    defines_["TAPS_INSIDE"] = "0";
+    parameters_ = TypedBuffer<std::uint32_t>(executor, IMPLICIT_PARAMETER_WORDS, "surface parameters");
     write_parameters(surface);
+    cells_ = std::make_unique<ActiveCells>(executor, CellGrid(domain_).cells, modules_, defines_, *parameters_.get(),
+                                           *parameters_.get(), *parameters_.get());
+    make_models();
   }
 
   const std::map<std::string, std::string>& modules() const override { return modules_; }
   const std::map<std::string, std::string>& defines() const override { return defines_; }
   DeviceBuffer* parameters() const override { return parameters_.get(); }
-  std::vector<DeviceBuffer*> buffers() const override { return {}; }
-  std::size_t bytes() const override { return parameters_.bytes(); }
+  std::vector<DeviceBuffer*> buffers() const override { return {models_.get(), cells_->distances(), places_.get()}; }
+  std::size_t bytes() const override {
+    return parameters_.bytes() + cells_->bytes() + places_.bytes() + models_.bytes();
+  }
 
   bool update(const SurfaceModel& model) override {
     const auto* other = dynamic_cast<const ImplicitSurface*>(&model);
-    if (!other || other->function != function_) return false;
+    if (!other || other->function != function_ || !(other->domain == domain_)) return false;
     write_parameters(*other);
+    make_models();
     return true;
   }
 
  private:
   void write_parameters(const ImplicitSurface& surface) {
-    std::vector<float> words(IMPLICIT_PARAMETER_WORDS);
+    std::array<std::uint32_t, IMPLICIT_PARAMETER_WORDS> words{};
+    const auto put_integer = [&](int at, int value) { words[std::size_t(at)] = std::uint32_t(value); };
+    const auto put_real = [&](int at, double value) {
+      words[std::size_t(at)] = std::bit_cast<std::uint32_t>(float(value));
+    };
+    const CellGrid grid(domain_);
+    const glm::ivec3 blocks = ActiveCells::blocks_of(grid.cells);
+    put_integer(GRID_BLOCKS, blocks.x);
+    put_integer(GRID_BLOCKS + 1, blocks.y);
     for (int axis = 0; axis < 3; axis++) {
-      words[std::size_t(IMPLICIT_LOWER + axis)] = float(surface.domain.lower[axis]);
-      words[std::size_t(IMPLICIT_UPPER + axis)] = float(surface.domain.upper[axis]);
+      put_integer(GRID_SIZE + axis, grid.cells[axis] + 1);
+      put_real(GRID_EXTENT + axis, grid.cells[axis]);
+      put_real(GRID_ORIGIN_HIGH + axis, grid.origin[axis]);
+      put_real(GRID_ORIGIN_LOW + axis, grid.origin[axis] - double(float(grid.origin[axis])));
+      put_real(GRID_MATRIX_HIGH + 4 * axis, 1 / grid.size);
+      put_real(IMPLICIT_LOWER + axis, surface.domain.lower[axis]);
+      put_real(IMPLICIT_UPPER + axis, surface.domain.upper[axis]);
     }
-    words[IMPLICIT_RADIUS] = float(surface.domain.radius);
-    words[IMPLICIT_LEVEL] = float(surface.level);
-    words[IMPLICIT_SIDE] = float(int(surface.side));
+    put_real(IMPLICIT_RADIUS, surface.domain.radius);
+    put_real(IMPLICIT_LEVEL, surface.level);
+    put_real(IMPLICIT_SIDE, int(surface.side));
+    put_real(IMPLICIT_CELL, grid.size);
     parameters_.write(words);
   }
 
+  // Cells that interval arithmetic leaves over are looked at closely, and those that are left then get a model.
+  void make_models() {
+    std::vector<glm::uvec2> bits = cells_->find();
+    const std::vector<std::uint32_t> candidates = listed(bits);
+    std::vector<std::uint32_t> reaches(candidates.size());
+    if (!candidates.empty()) {
+      TypedBuffer<std::uint32_t> marks(executor_, candidates.size(), "cells that reach the level");
+      run_models(candidates, *marks.get(), true);
+      marks.read(reaches);
+    }
+    for (std::size_t i = 0; i < candidates.size(); i++) {
+      const std::uint32_t bit = candidates[i] % 64;
+      if (reaches[i] == 0) bits[candidates[i] / 64][int(bit / 32)] &= ~(1u << (bit % 32));
+    }
+    cells_->activate(bits, glm::vec3(CellGrid(domain_).cells));
+
+    std::vector<glm::uvec3> places;
+    places.reserve(bits.size());
+    std::uint32_t first = 0;
+    for (const glm::uvec2& block : bits) {
+      places.emplace_back(block, first);
+      first += std::uint32_t(std::popcount(block.x) + std::popcount(block.y));
+    }
+    places_ = TypedBuffer<glm::uvec3>(executor_, places.size(), "places of models");
+    places_.write(places);
+    // Lanes without a ray read what comes after the last.
+    models_ = TypedBuffer<float>(executor_, (std::size_t(first) + 1) * MODEL_WORDS, "Taylor models");
+    models_.write(std::vector<float>(MODEL_WORDS, 0.0f), std::size_t(first) * MODEL_WORDS);
+    if (first > 0) run_models(listed(bits), *models_.get(), false);
+  }
+
+  void run_models(std::span<const std::uint32_t> cells, DeviceBuffer& results, bool marks_only) {
+    TypedBuffer<std::uint32_t> list(executor_, cells.size(), "cells in order");
+    list.write(cells);
+    launch(executor_, Program{KernelId::implicit_models, modules_, defines_},
+           arguments::implicit_models{.parameters = parameters_.get(),
+                                      .list = list.get(),
+                                      .models = &results,
+                                      .count = int(cells.size()),
+                                      .marks_only = marks_only ? 1 : 0},
+           cells.size());
+    executor_.finish();
+  }
+
+  // Cells by their place in the blocks: 64 times the block's number and the cell's bit.
+  static std::vector<std::uint32_t> listed(std::span<const glm::uvec2> bits) {
+    std::vector<std::uint32_t> list;
+    for (std::size_t block = 0; block < bits.size(); block++) {
+      std::uint64_t word = bits[block].x | std::uint64_t(bits[block].y) << 32;
+      for (; word != 0; word &= word - 1)
+        list.push_back(std::uint32_t(64 * block + std::size_t(std::countr_zero(word))));
+    }
+    return list;
+  }
+
+  Executor& executor_;
+  const ImplicitDomain domain_;
   std::shared_ptr<const ImplicitFunction> function_;
   std::map<std::string, std::string> modules_, defines_;
-  TypedBuffer<float> parameters_;
+  TypedBuffer<std::uint32_t> parameters_;
+  std::unique_ptr<ActiveCells> cells_;
+  TypedBuffer<glm::uvec3> places_;  // bits of a block's active cells, and where their models begin
+  TypedBuffer<float> models_;
 };
 
 bool finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }

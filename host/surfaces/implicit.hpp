@@ -28,6 +28,8 @@ std::shared_ptr<const ImplicitFunction> differentiated(expression::Graph graph, 
 struct ImplicitDomain {
   glm::dvec3 lower{0.0}, upper{0.0};
   double radius = 0;
+
+  bool operator==(const ImplicitDomain&) const = default;
 };
 
 class ImplicitSurface : public SurfaceModel {

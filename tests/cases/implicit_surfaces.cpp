@@ -14,7 +14,7 @@
 #include "smurf/error.hpp"
 #include "smurf/interrogator.hpp"
 
-KERNELS(find_hits, count_blocks, order_rows, measure);
+KERNELS(implicit_models, grid_activate, grid_distances, find_hits, count_blocks, order_rows, measure);
 
 namespace smurf::test {
 namespace {

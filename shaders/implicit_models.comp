@@ -1,0 +1,13 @@
+// Taylor models of the cells in a list.
+#include "implicit_cells.inc"
+
+layout(local_size_x = GROUP) in;
+
+layout(push_constant) uniform Arguments {
+  Buffer parameters, list, models;
+  int count, marks_only;
+};
+
+void main() {
+  implicit_models_of(grid_open(parameters, list), list, models, lane_items(item_index()), count, marks_only);
+}
