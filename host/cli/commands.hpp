@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <vector>
 
 namespace smurf {
 
@@ -53,8 +52,8 @@ struct RenderCommand {
 
 struct CompareCommand {
   std::filesystem::path surface, output;  // no output: only printed
-  std::vector<int> resolutions{16, 32, 64, 128};
-  std::size_t rays = 4000;
+  std::string resolutions = "16,32,64,128";
+  std::size_t rays = 2000;
   std::uint64_t seed = 1;
   int apron = 12;
   std::optional<double> margin;

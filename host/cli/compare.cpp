@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cli/commands.hpp"
+#include "cli/numbers.hpp"
 #include "cli/progress.hpp"
 #include "cli/session.hpp"
 #include "io/result_table.hpp"
@@ -151,6 +152,12 @@ void write_comparison(const Comparison& comparison, const std::filesystem::path&
 
 void run_compare(const CompareCommand& command, const CommonOptions& common) {
   if (!command.output.empty()) check_output(command.output, {".csv"});
+  const auto resolutions = numbers_in<int>(command.resolutions);
+  if (!resolutions) {
+    throw Error(ErrorCode::usage,
+                fmt::format("--resolutions takes integers with commas between them, as 16,32,64, not \"{}\"",
+                            command.resolutions));
+  }
   const Surface surface = load_surface(command.surface);
   const Device device = open(command.device, common);
 
@@ -158,7 +165,7 @@ void run_compare(const CompareCommand& command, const CommonOptions& common) {
   try {
     Progress progress("comparing", common.quiet);
     comparison = compare(device, surface,
-                         {.resolutions = command.resolutions,
+                         {.resolutions = *resolutions,
                           .rays = command.rays,
                           .seed = command.seed,
                           .apron = command.apron,

@@ -166,15 +166,16 @@ void CommandLine::declare_compare(CLI::App& app) {
       ->required();
   verb->add_option("--resolutions", compare.resolutions, "Nodes along each axis of the domain, ascending")
       ->type_name("N,N,...")
-      ->delimiter(',')
-      ->expected(1)
       ->capture_default_str();
   verb->add_option("--rays", compare.rays,
                    "Random chords of the domain: isotropic lines, so that their hits spread evenly")
       ->type_name("N")
       ->check(CLI::Range(1, 100'000'000))
       ->capture_default_str();
-  verb->add_option("--seed", compare.seed, "Of the chords")->type_name("S")->capture_default_str();
+  verb->add_option("--seed", compare.seed, "Of the chords")
+      ->type_name("S")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   verb->add_option(
           "--apron", compare.apron,
           "Nodes more beyond each face of the domain: the border of a grid, where samples are continued by mirroring, "

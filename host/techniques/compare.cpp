@@ -14,7 +14,7 @@
 #include <cmath>
 #include <numbers>
 #include <random>
-#include <span>
+#include <utility>
 
 #include "smurf/error.hpp"
 #include "smurf/interrogator.hpp"
@@ -329,13 +329,14 @@ Comparison Work::run() {
     for (std::size_t r = 0; r < reconstructions; r++) {
       const Reconstruction reconstruction = options_.reconstructions[r];
       const Interrogator query(device_, isosurface(field.volume, field.isovalue, {.reconstruction = reconstruction}));
-      ComparisonRow& row = result_.rows[r * resolutions.size() + i];
+      const std::size_t at = r * resolutions.size() + i;
+      ComparisonRow& row = result_.rows[at];
       row = compare_surface(query, interior);
       row.reconstruction = reconstruction;
       row.resolution = resolutions[i];
       row.not_finite = field.volume.non_finite();
       row.step = longest(extent) / (resolutions[i] - 1);
-      if (i > 0) set_orders((&row)[-1], row);
+      if (i > 0) set_orders(result_.rows[at - 1], row);
     }
   }
   return std::move(result_);

@@ -22,14 +22,14 @@ struct CompareOptions {
   std::vector<int> resolutions{16, 32, 64, 128};  // nodes along each axis of the domain, ascending, at least 2
   std::vector<Reconstruction> reconstructions{Reconstruction::trilinear, Reconstruction::catmull_rom,
                                               Reconstruction::tricubic};
-  std::size_t rays = 4000;  // chords of the domain
+  std::size_t rays = 2000;  // chords of the domain
   std::uint64_t seed = 1;
   // The border of a grid is another source of errors than the one that is measured: a mirrored continuation bends a B-spline, and the
   // bend fades only by 2 - sqrt(3) a node. So the grids have this many nodes more beyond each face of the domain; 13 nodes leave 4e-8 of it.
   int apron = 12;
   // What is nearer than this to the border of the domain is left out, at every resolution: its counterpart may lie beyond. In
   // world units; by default the longest edge of a cell of the coarsest grid, or an eighth of the domain's shortest edge if that is less.
-  std::optional<double> margin;
+  std::optional<double> margin = {};
   std::function<void(std::size_t done, std::size_t total)> progress = {};
 };
 
