@@ -344,6 +344,30 @@ TEST_P(CliOnDevice, VerboseTellsDeviceAndRate) {
   }
 }
 
+TEST_P(CliOnDevice, CompareTellsErrorsAndOrders) {
+  write("sphere.json",
+        R"({"kind": "implicit", "equation": "sqrt(x^2+y^2+z^2)-1", "domain": [[-1.5,-1.5,-1.5],[1.5,1.5,1.5]]})");
+  const Outcome outcome =
+      run("compare " + in("sphere.json") + " --resolutions 20,40 --rays 200" + on_device() + "-o " + in("table.csv"));
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  for (const std::string word : {"trilinear", "catmull-rom", "tricubic", "order", "missed", "invented", "Left out"})
+    EXPECT_NE(outcome.out.find(word), std::string::npos) << word << " is not in: " << outcome.out;
+  const Csv table(file("table.csv"));
+  EXPECT_EQ(table.header,
+            "reconstruction,resolution,step,points,roots,missed,invented,undecided,lost,undefined,not_finite,"
+            "location_rms,location_max,location_order,normal_rms,normal_max,normal_order,mean_rms,mean_max,mean_order,"
+            "gauss_rms,gauss_max,gauss_order,chord_rms,chord_max,chord_order,exact_mean_rms,exact_gauss_rms,margin");
+  ASSERT_EQ(table.rows.size(), 6u);
+  EXPECT_EQ(table.text(1, "reconstruction"), "trilinear");
+  EXPECT_EQ(table.text(1, "resolution"), "40");
+  EXPECT_TRUE(std::isnan(table.number(0, "location_order")));
+  EXPECT_NEAR(table.number(1, "location_order"), 2, 0.4);
+  EXPECT_NEAR(table.number(5, "location_order"), 4, 0.5);
+  EXPECT_NEAR(table.number(5, "mean_order"), 2, 0.4);
+  EXPECT_NEAR(table.number(5, "exact_mean_rms"), 1, 1e-5);
+}
+
 TEST_P(CliOnDevice, RefusesRaysThatCannotBeCast) {
   const std::string device = device_;
   const std::string head = "ox,oy,oz,dx,dy,dz\n0,-3,0,0,1,0\n";
@@ -449,6 +473,38 @@ TEST_F(Cli, RefusesBadTables) {
   expect_rays_refused("", {}, "reference");
   expect_refused("cast " + in("ball.json") + " --rays " + in("missing.csv") + " -o " + in("hits.csv"), {"missing.csv"});
   expect_refused("probe " + in("ball.json") + " --points " + in("rays.csv") + " -o " + in("out.csv"), {"rays.csv"});
+}
+
+TEST_F(Cli, CompareRefusesWhatItCannotCompare) {
+  const std::string domain = R"("domain": [[-1,-1,-1],[1,1,1]])";
+  write("plane.json", R"({"kind": "implicit", "equation": "z", )" + domain + "}");
+  write("boundless.json", R"({"kind": "implicit", "equation": "z"})");
+  write("nothing.json", R"({"kind": "implicit", "equation": "z-2", )" + domain + "}");
+  write("flat.json", R"({"kind": "implicit", "equation": "z", "domain": [[-1,-1,0],[1,1,0]]})");
+  write("mesh.json", R"({"kind": "mesh", "file": "bunny.off"})");
+  write("table.csv", "precious\n");
+  const std::string rest = " --rays 20 --device reference -o " + in("table.csv");
+  expect_refused("compare " + in("ball.json") + rest, {"ball.json", "expression"});
+  expect_refused("compare " + in("boundless.json") + rest, {"boundless.json", "domain"});
+  expect_refused("compare " + in("nothing.json") + rest, {"nothing.json", "nothing to compare"});
+  expect_refused("compare " + in("flat.json") + rest, {"flat.json", "along z"});
+  expect_refused("compare " + in("mesh.json") + rest, {"mesh.json"});
+  expect_refused("compare " + in("missing.json") + rest, {"missing.json"});
+  const std::string plane = "compare " + in("plane.json");
+  expect_refused(plane + " --resolutions 1,16" + rest, {"from 2"});
+  expect_refused(plane + " --resolutions 32,16" + rest, {"ascend"});
+  expect_refused(plane + " --resolutions 16,16" + rest, {"ascend"});
+  for (const std::string list : {"many", "16,", "16,,32", "16.5", "16,x", "-16", "99999999999"})
+    expect_refused(plane + " --resolutions=" + list + rest, {"esolution"});
+  expect_refused(plane + " --rays 0 --device reference", {"--rays"});
+  expect_refused(plane + " --seed -1" + rest, {"--seed"});
+  expect_refused(plane + " --margin 3" + rest, {"margin"});
+  expect_refused(plane + " --margin nan" + rest, {"margin"});
+  expect_refused(plane + " --apron -1" + rest, {"apron"});
+  expect_refused(plane + " --device abacus", {"abacus", "reference"});
+  expect_refused(plane + " --device reference -o " + in("table.txt"), {"table.txt", ".csv"});
+  expect_refused(plane + " --device reference -o " + in("nowhere/table.csv"), {"nowhere"});
+  EXPECT_EQ(text_of(file("table.csv")), "precious\n");
 }
 
 TEST_F(Cli, AnOlderResultStaysWhenTheInputIsBad) {

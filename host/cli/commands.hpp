@@ -2,6 +2,8 @@
 // the file named, and throws Error; main.cpp turns errors into a line and an exit code.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -48,10 +50,21 @@ struct RenderCommand {
   DeviceChoice device;
 };
 
+struct CompareCommand {
+  std::filesystem::path surface, output;  // no output: only printed
+  std::string resolutions = "16,32,64,128";
+  std::size_t rays = 2000;
+  std::uint64_t seed = 1;
+  int apron = 12;
+  std::optional<double> margin;
+  DeviceChoice device;
+};
+
 void run_devices();
 void run_info(const InfoOptions& options, const CommonOptions& common);
 void run_cast(const CastCommand& command, const CommonOptions& common);
 void run_probe(const ProbeCommand& command, const CommonOptions& common);
 void run_render(const RenderCommand& command, const CommonOptions& common);
+void run_compare(const CompareCommand& command, const CommonOptions& common);
 
 }  // namespace smurf

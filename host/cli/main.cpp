@@ -41,6 +41,7 @@ struct CommandLine {
   CastCommand cast;
   ProbeCommand probe;
   RenderCommand render;
+  CompareCommand compare;
   BenchOptions bench;
   std::function<int()> run;
 
@@ -48,6 +49,7 @@ struct CommandLine {
   void declare_inform(CLI::App& app);
   void declare_query(CLI::App& app);
   void declare_render(CLI::App& app);
+  void declare_compare(CLI::App& app);
   void declare_bench(CLI::App& app);
 
   // A verb's work, as what to do after parsing.
@@ -89,6 +91,7 @@ void CommandLine::declare(CLI::App& app) {
   declare_inform(app);
   declare_query(app);
   declare_render(app);
+  declare_compare(app);
   declare_bench(app);
 }
 
@@ -151,6 +154,42 @@ void CommandLine::declare_render(CLI::App& app) {
   add_device(verb, render.device);
   add_output(verb, render.output, "IMAGE.png", "The picture");
   chosen(verb, [this] { run_render(render, common); });
+}
+
+void CommandLine::declare_compare(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("compare",
+                                      "Trilinear, Catmull-Rom and tricubic reconstruction of an equation's samples "
+                                      "against the exact surface: errors and their order");
+  verb->add_option("surface", compare.surface,
+                   "An implicit surface, or an isosurface whose field is an expression (JSON)")
+      ->type_name("SURFACE.json")
+      ->required();
+  verb->add_option("--resolutions", compare.resolutions, "Nodes along each axis of the domain, ascending")
+      ->type_name("N,N,...")
+      ->capture_default_str();
+  verb->add_option("--rays", compare.rays,
+                   "Random chords of the domain: isotropic lines, so that their hits spread evenly")
+      ->type_name("N")
+      ->check(CLI::Range(1, 100'000'000))
+      ->capture_default_str();
+  verb->add_option("--seed", compare.seed, "Of the chords")
+      ->type_name("S")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  verb->add_option(
+          "--apron", compare.apron,
+          "Nodes more beyond each face of the domain: the border of a grid, where samples are continued by mirroring, "
+          "spoils the order of a B-spline over a dozen nodes")
+      ->type_name("N")
+      ->capture_default_str();
+  verb->add_option(
+          "--margin", compare.margin,
+          "Hits nearer than this to the border of the domain, in world units, are left out at every resolution; by "
+          "default the edge of a cell of the coarsest grid, or an eighth of the domain's shortest edge if that is less")
+      ->type_name("LENGTH");
+  add_device(verb, compare.device);
+  verb->add_option("-o,--output", compare.output, "Write the table to this file, too")->type_name("TABLE.csv");
+  chosen(verb, [this] { run_compare(compare, common); });
 }
 
 void CommandLine::declare_bench(CLI::App& app) {

@@ -2,15 +2,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <vector>
 
 #include "cli/commands.hpp"
+#include "cli/numbers.hpp"
 #include "cli/progress.hpp"
 #include "cli/session.hpp"
 #include "smurf/error.hpp"
@@ -20,32 +19,17 @@ namespace smurf {
 
 namespace {
 
-template <class T>
-std::optional<T> number_in(std::string_view text) {
-  if (text.starts_with('+')) text.remove_prefix(1);
-  T value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
-
 // `count` finite numbers with commas between them; none if it is anything else.
-std::optional<std::vector<double>> numbers_in(std::string_view text, std::size_t count) {
-  std::vector<double> numbers;
-  for (std::size_t start = 0; start <= text.size();) {
-    const std::size_t end = std::min(text.find(',', start), text.size());
-    const auto number = number_in<double>(text.substr(start, end - start));
-    if (!number || !std::isfinite(*number)) return std::nullopt;
-    numbers.push_back(*number);
-    start = end + 1;
-  }
-  if (numbers.size() != count) return std::nullopt;
+std::optional<std::vector<double>> finite_numbers_in(std::string_view text, std::size_t count) {
+  auto numbers = numbers_in<double>(text);
+  const auto is_finite = [](double number) { return std::isfinite(number); };
+  if (!numbers || numbers->size() != count || !std::ranges::all_of(*numbers, is_finite)) return std::nullopt;
   return numbers;
 }
 
 void set_vector(glm::dvec3& vector, const std::optional<std::string>& text, std::string_view option) {
   if (!text) return;
-  const auto numbers = numbers_in(*text, 3);
+  const auto numbers = finite_numbers_in(*text, 3);
   if (!numbers)
     throw Error(ErrorCode::usage, fmt::format("{} takes three finite numbers as x,y,z, not \"{}\"", option, *text));
   vector = {(*numbers)[0], (*numbers)[1], (*numbers)[2]};
@@ -71,7 +55,7 @@ Camera camera_of(const RenderCommand& command, const Bounds& bounds) {
 
 std::optional<ValueRange> range_in(const std::optional<std::string>& text) {
   if (!text) return std::nullopt;
-  const auto numbers = numbers_in(*text, 2);
+  const auto numbers = finite_numbers_in(*text, 2);
   if (!numbers || !((*numbers)[0] < (*numbers)[1])) {
     throw Error(ErrorCode::usage, fmt::format("--range takes two finite numbers as lower,upper, not \"{}\"", *text));
   }

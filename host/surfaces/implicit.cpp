@@ -15,6 +15,7 @@
 #include <span>
 #include <vector>
 
+#include "expression/evaluate.hpp"
 #include "expression/source.hpp"
 #include "implicit_parameters.inc"
 #include "smurf/error.hpp"
@@ -375,6 +376,18 @@ std::vector<Fact> ImplicitSurface::facts() const {
   if (kind_ == "isosurface") facts.push_back({"isovalue", fmt::format("{}", level)});
   if (domain.radius > 0) facts.push_back({"ball", fmt::format("within {:g} of the origin", domain.radius)});
   return facts;
+}
+
+std::optional<AnalyticField> ImplicitSurface::analytic_field() const {
+  const std::array<NodeId, 1> roots{function->value};
+  const double sign = side == Side::out_of_greater ? 1 : -1;
+  auto value = [evaluator = expression::Evaluator(function->graph, roots), sign](const glm::dvec3& point) {
+    thread_local std::vector<double> scratch;
+    double result = 0;
+    evaluator(std::span(&point.x, 3), std::span(&result, 1), scratch);
+    return sign * result;
+  };
+  return AnalyticField{std::move(value), sign * level, {domain.lower, domain.upper, domain.radius}};
 }
 
 std::unique_ptr<ResidentSurface> ImplicitSurface::reside(Executor& executor) const {

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,6 +38,13 @@ struct Fact {
   std::string name, value;
 };
 
+// The function of space that a surface is a level set of, in double; NaN where it is undefined. Normals point to smaller values.
+struct AnalyticField {
+  std::function<double(const glm::dvec3&)> value;  // may be called by threads at once
+  double level = 0;
+  Domain domain;
+};
+
 class SurfaceModel {
  public:
   virtual ~SurfaceModel() = default;
@@ -46,6 +54,8 @@ class SurfaceModel {
   virtual std::vector<Fact> facts() const = 0;
   virtual std::unique_ptr<ResidentSurface> reside(Executor& executor) const = 0;
   virtual std::unique_ptr<Interrogation> reference() const = 0;  // host/reference
+  // For kinds that are given by an expression.
+  virtual std::optional<AnalyticField> analytic_field() const { return std::nullopt; }
 };
 
 // Reads the description of one kind; `folder` resolves file names.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "smurf/camera.hpp"
+#include "smurf/compare.hpp"
 #include "smurf/device.hpp"
 #include "smurf/error.hpp"
 #include "smurf/image.hpp"

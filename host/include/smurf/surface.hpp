@@ -72,6 +72,20 @@ Surface isosurface(std::string_view expression, double isovalue, const Domain& d
 // domain is [-1, 1]³ unless given).
 Surface load_implicit(const std::filesystem::path& file, const std::optional<Domain>& domain = std::nullopt);
 
+// What samples keep of a surface that is given by an expression: isosurface(volume, isovalue) stands where that surface
+// stands, as nearly as its reconstruction allows, and its normals point to the same side.
+struct SampledField {
+  Volume volume;  // float; not finite at nodes where the expression is undefined
+  double isovalue =
+      0;          // field and isovalue are negated where the surface's own normals point to greater values (implicit)
+  Domain domain;  // where the surface is looked at
+};
+
+// Evaluates in double, and rounds to float, at `size` nodes over the box of the domain; `apron` more nodes beyond each of its
+// faces keep the border of the volume, where the data is continued by mirroring, away from it. Throws Error (input) when the
+// surface is not given by an expression, when there are fewer than two nodes along an axis, and when the domain has no extent.
+SampledField sample_field(const Surface& surface, const glm::ivec3& size, int apron = 0);
+
 // Reads a surface description (JSON); file names in it are relative to the description.
 // Throws Error (input) that names the file and the member that is wrong.
 Surface load_surface(const std::filesystem::path& description);
