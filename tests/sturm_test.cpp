@@ -45,11 +45,11 @@ void expect_roots(const BallPolynomial& p, std::vector<double> roots, const std:
     EXPECT_NEAR(found.at[i], roots[i], tolerance) << what << ", root " << i;
 }
 
-AlgebraicSurface surface_of(const std::string& text, const Domain& domain) {
+AlgebraicSurface surface_of(const std::string& text) {
   expression::Graph graph;
   const std::vector<std::string> variables{"x", "y", "z"};
   const expression::NodeId f = expression::parse(graph, text, variables, {});
-  return AlgebraicSurface(graph, f, domain);
+  return AlgebraicSurface(graph, f);
 }
 
 TEST(Sturm, BallsHoldWhatTheyStandFor) {
@@ -116,14 +116,14 @@ TEST(Sturm, ClosePairsAreToldApartAndDoubleRootsAreDoubtful) {
 TEST(Sturm, ExpressionsAlongRays) {
   const Domain box{glm::dvec3(-3), glm::dvec3(3), 0};
   const std::string text = "(x*y-z^3-1)^2-(1-x^2-y^2)^3+x/3-2*(y-z)";
-  const AlgebraicSurface surface = surface_of(text, box);
+  const AlgebraicSurface surface = surface_of(text);
   EXPECT_EQ(surface.degree(), 6);
   expression::Graph graph;
   const std::vector<std::string> variables{"x", "y", "z"};
   const expression::NodeId f = expression::parse(graph, text, variables, {});
   const expression::Evaluator evaluator(graph, std::span(&f, 1));
   const Ray ray{{-4.25f, 0.3f, 0.7f}, {1.1f, -0.2f, 0.13f}};
-  const RayPart part = surface.part_of(ray, 0);
+  const RayPart part = part_of(box, ray, 0);
   const BallPolynomial p = surface.along(ray, part);
   ASSERT_EQ(p.size(), 7u);
   std::vector<double> scratch;
@@ -136,28 +136,27 @@ TEST(Sturm, ExpressionsAlongRays) {
     for (std::size_t k = p.size(); k-- > 0;) value = value * u + static_cast<long double>(p[k].middle);
     EXPECT_NEAR(double(value), expected, 1e-11 * (1 + std::abs(expected)));
   }
-  EXPECT_THROW(surface_of("sin(x)", box), std::invalid_argument);
+  EXPECT_THROW(surface_of("sin(x)"), std::invalid_argument);
 }
 
 TEST(Sturm, PartsOfRays) {
   const Ray ray{{-5, 0.5f, 0.25f}, {2, 0, 0}};
-  const AlgebraicSurface ball = surface_of("x", {glm::dvec3(-3), glm::dvec3(3), 1.5});
+  const Domain ball{glm::dvec3(-3), glm::dvec3(3), 1.5}, box{ball.lower, ball.upper, 0};
+  const AlgebraicSurface plane = surface_of("x");
   const double half = std::sqrt(1.5 * 1.5 - 0.3125);
-  EXPECT_NEAR(ball.part_of(ray, 0).first, (5 - half) / 2, 1e-15);
-  EXPECT_NEAR(ball.part_of(ray, 0).last, (5 + half) / 2, 1e-15);
-  EXPECT_LT(ball.part_of(ray, 0.1).first, ball.part_of(ray, 0).first);
-  EXPECT_NEAR(ball.roots(ray, ball.part_of(ray, 0)).at.at(0), 2.5, 1e-15);
-  const AlgebraicSurface box = surface_of("x", {glm::dvec3(-3), glm::dvec3(3), 0});
-  EXPECT_NEAR(box.part_of(ray, 0).first, 1, 1e-15);
-  EXPECT_NEAR(box.part_of({ray.origin, ray.direction, 2.0f, 3.0f}, 0).last, 3, 1e-15);
-  const RayPart beside = box.part_of({{-5, 4, 0}, {1, 0, 0}}, 0);
+  EXPECT_NEAR(part_of(ball, ray, 0).first, (5 - half) / 2, 1e-15);
+  EXPECT_NEAR(part_of(ball, ray, 0).last, (5 + half) / 2, 1e-15);
+  EXPECT_LT(part_of(ball, ray, 0.1).first, part_of(ball, ray, 0).first);
+  EXPECT_NEAR(plane.roots(ray, part_of(ball, ray, 0)).at.at(0), 2.5, 1e-15);
+  EXPECT_NEAR(part_of(box, ray, 0).first, 1, 1e-15);
+  EXPECT_NEAR(part_of(box, {ray.origin, ray.direction, 2.0f, 3.0f}, 0).last, 3, 1e-15);
+  const RayPart beside = part_of(box, {{-5, 4, 0}, {1, 0, 0}}, 0);
   EXPECT_GT(beside.first, beside.last);
-  EXPECT_TRUE(box.roots(ray, beside).at.empty());
+  EXPECT_TRUE(plane.roots(ray, beside).at.empty());
 }
 
 TEST(Sturm, JetsAndSingularPoints) {
-  const Domain box{glm::dvec3(-3), glm::dvec3(3), 0};
-  const Jet jet = surface_of("(x*y-z)^3/4-2*x^2*y", box).jet({1.5, -1, 0.5});
+  const Jet jet = surface_of("(x*y-z)^3/4-2*x^2*y").jet({1.5, -1, 0.5});
   // g = xy - z = -2 there: f = g³/4 - 2x²y, and by hand its derivatives
   EXPECT_NEAR(jet.value, -2 + 4.5, 1e-14);
   EXPECT_NEAR(glm::length(jet.gradient - glm::dvec3(3 * -1 + 6, 3 * 1.5 - 4.5, -3)), 0, 1e-14);
@@ -169,12 +168,12 @@ TEST(Sturm, JetsAndSingularPoints) {
 
   // Near a node, a crossing and a cuspidal edge: in proportion to the distance.
   for (const double d : {1e-1, 1e-3, 1e-6}) {
-    EXPECT_NEAR(surface_of("x^2+y^2-z^2", box).distance_of_singularity({d, 0, d}) / d, std::sqrt(2 / 3.0), 1e-6);
-    EXPECT_NEAR(surface_of("x*(y-1)", box).distance_of_singularity({0, 1 + d, 0.5}) / d, std::sqrt(0.5), 1e-6);
-    EXPECT_NEAR(surface_of("x^3-(y-1)^3", box).distance_of_singularity({d, 1 + d, 0.5}) / d, 0.5, 1e-6);
+    EXPECT_NEAR(surface_of("x^2+y^2-z^2").distance_of_singularity({d, 0, d}) / d, std::sqrt(2 / 3.0), 1e-6);
+    EXPECT_NEAR(surface_of("x*(y-1)").distance_of_singularity({0, 1 + d, 0.5}) / d, std::sqrt(0.5), 1e-6);
+    EXPECT_NEAR(surface_of("x^3-(y-1)^3").distance_of_singularity({d, 1 + d, 0.5}) / d, 0.5, 1e-6);
   }
-  EXPECT_EQ(surface_of("x^2+y^2-z^2", box).distance_of_singularity({0, 0, 0}), 0);
-  EXPECT_GT(surface_of("x^2+y^2+z^2-1", box).distance_of_singularity({0, 0.6, 0.8}), 0.5);
+  EXPECT_EQ(surface_of("x^2+y^2-z^2").distance_of_singularity({0, 0, 0}), 0);
+  EXPECT_GT(surface_of("x^2+y^2+z^2-1").distance_of_singularity({0, 0.6, 0.8}), 0.5);
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ void expect_curvatures(const std::string& name, const std::string& equation, con
                        const CurvatureAt& exact) {
   expression::Graph graph;
   const std::vector<std::string> variables{"x", "y", "z"};
-  const AlgebraicSurface algebraic(graph, expression::parse(graph, equation, variables, {}), domain);
+  const AlgebraicSurface algebraic(graph, expression::parse(graph, equation, variables, {}));
   const Surface surface = implicit(equation, domain);
   for (const TestDevice& device : one_of_each()) {
     std::mt19937_64 random(29);
@@ -131,7 +131,7 @@ TEST(ImplicitClosedForms, BarthSextic) {
   const Domain domain{glm::dvec3(-2), glm::dvec3(2), 2};
   expression::Graph graph;
   const std::vector<std::string> variables{"x", "y", "z"};
-  const AlgebraicSurface sextic(graph, expression::parse(graph, equation, variables, {}), domain);
+  const AlgebraicSurface sextic(graph, expression::parse(graph, equation, variables, {}));
   expect_curvatures("Barth sextic", equation, domain, [&](const glm::dvec3& p) {
     const Jet jet = sextic.jet(p);
     // Of -f, whose normals are -∇(-f).

@@ -255,20 +255,18 @@ DistinctRoots distinct_roots(BallPolynomial p) {
   return roots;
 }
 
-AlgebraicSurface::AlgebraicSurface(const expression::Graph& graph, expression::NodeId f, const Domain& domain)
-    : program_(expression::make_program(graph, std::span(&f, 1))),
-      domain_(domain),
-      degree_(expression::polynomial_degree(graph, f)) {
+AlgebraicSurface::AlgebraicSurface(const expression::Graph& graph, expression::NodeId f)
+    : program_(expression::make_program(graph, std::span(&f, 1))), degree_(expression::polynomial_degree(graph, f)) {
   if (degree_ < 0) throw std::invalid_argument("no polynomial");
 }
 
-RayPart AlgebraicSurface::part_of(const Ray& ray, double margin) const {
+RayPart part_of(const Domain& domain, const Ray& ray, double margin) {
   // In long double, which leaves the rounding far below any margin.
   using Real = long double;
   Real first = ray.t_min, last = ray.t_max;
   for (int axis = 0; axis < 3; axis++) {
     const Real o = ray.origin[axis], d = ray.direction[axis];
-    const Real low = Real(domain_.lower[axis]) - Real(margin), high = Real(domain_.upper[axis]) + Real(margin);
+    const Real low = Real(domain.lower[axis]) - Real(margin), high = Real(domain.upper[axis]) + Real(margin);
     if (d == 0) {
       if (o < low || o > high) return {infinity, -infinity};
       continue;
@@ -276,7 +274,7 @@ RayPart AlgebraicSurface::part_of(const Ray& ray, double margin) const {
     first = std::max(first, std::min((low - o) / d, (high - o) / d));
     last = std::min(last, std::max((low - o) / d, (high - o) / d));
   }
-  if (domain_.radius > 0) {
+  if (domain.radius > 0) {
     Real dd = 0, od = 0, oo = 0;
     for (int axis = 0; axis < 3; axis++) {
       const Real o = ray.origin[axis], d = ray.direction[axis];
@@ -284,7 +282,7 @@ RayPart AlgebraicSurface::part_of(const Ray& ray, double margin) const {
       od += o * d;
       oo += o * o;
     }
-    const Real radius = std::max(Real(domain_.radius) + Real(margin), Real(0));
+    const Real radius = std::max(Real(domain.radius) + Real(margin), Real(0));
     const Real room = od * od - dd * (oo - radius * radius);
     if (room < 0) return {infinity, -infinity};
     first = std::max(first, (-od - std::sqrt(room)) / dd);

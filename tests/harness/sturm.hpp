@@ -57,16 +57,16 @@ struct RayPart {
   bool contains(double t) const { return t >= first && t <= last; }
 };
 
+// [t_min, t_max] in the domain grown by `margin` on all sides (shrunk where it is negative).
+RayPart part_of(const Domain& domain, const Ray& ray, double margin);
+
 class AlgebraicSurface {
  public:
   // Throws std::invalid_argument when the expression is no polynomial as it is written. Keeps a copy of what it needs.
-  AlgebraicSurface(const expression::Graph& graph, expression::NodeId f, const Domain& domain);
+  AlgebraicSurface(const expression::Graph& graph, expression::NodeId f);
 
   int degree() const { return degree_; }
-  const Domain& domain() const { return domain_; }
 
-  // [t_min, t_max] in the domain grown by `margin` on all sides (shrunk where it is negative).
-  RayPart part_of(const Ray& ray, double margin) const;
   BallPolynomial along(const Ray& ray, const RayPart& part) const;
   // In t. None where the part is empty.
   DistinctRoots roots(const Ray& ray, const RayPart& part) const;
@@ -79,7 +79,6 @@ class AlgebraicSurface {
 
  private:
   expression::Program program_;
-  Domain domain_;
   int degree_ = -1;
 };
 
