@@ -56,10 +56,17 @@ std::string replay_command(const std::string& name, const Volume& volume, double
                            Reconstruction reconstruction, const Ray& ray, const std::string& device) {
   const std::filesystem::path base = output_folder() / file_name(name);
   const std::filesystem::path data = save_volume(volume, base.string() + ".nrrd");
-  std::ofstream(base.string() + ".json") << fmt::format(
+  const std::string description = fmt::format(
       "{{\"kind\":\"isosurface\",\"isovalue\":{},\"field\":{{\"kind\":\"grid\",\"file\":\"{}\","
       "\"reconstruction\":\"{}\"}}}}\n",
       isovalue, data.filename().string(), name_of(reconstruction));
+  return replay_command(name, description, ray, device);
+}
+
+std::string replay_command(const std::string& name, const std::string& description, const Ray& ray,
+                           const std::string& device) {
+  const std::filesystem::path base = output_folder() / file_name(name);
+  std::ofstream(base.string() + ".json") << description;
   std::ofstream(base.string() + ".csv") << fmt::format("ox,oy,oz,dx,dy,dz,tmin,tmax\n{},{},{},{},{},{},{},{}\n",
                                                        ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x,
                                                        ray.direction.y, ray.direction.z, ray.t_min, ray.t_max);

@@ -21,4 +21,8 @@ std::filesystem::path save_volume(const Volume& volume, const std::filesystem::p
 std::string replay_command(const std::string& name, const Volume& volume, double isovalue,
                            Reconstruction reconstruction, const Ray& ray, const std::string& device);
 
+// The same for a surface whose description (JSON) stands for itself.
+std::string replay_command(const std::string& name, const std::string& description, const Ray& ray,
+                           const std::string& device);
+
 }  // namespace smurf::test
