@@ -49,6 +49,23 @@
 #define mask_none() ((mask)(0))
 #endif
 
+// The least of all lanes, as a plain number.
+#if LANES == 1
+#define least_lane(i) (i)
+#elif HAS_BUILTIN(__builtin_reduce_min)
+#define least_lane(i) __builtin_reduce_min(i)
+#else
+static inline int least_lane(integer i) {
+  int lanes[LANES];
+  JOIN(vstore, LANES)(i, 0, lanes);
+  int least = lanes[0];
+  for (int lane = 1; lane < LANES; lane++) least = min(least, lanes[lane]);
+  return least;
+}
+#endif
+
+#define as_plain_real(i) as_float(i)
+
 #define splat(x) ((real)(x))
 #define splat_integer(x) ((integer)(x))
 #define splat_word(x) ((word)(x))

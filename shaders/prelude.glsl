@@ -20,6 +20,11 @@
 #define mask_all() true
 #define mask_none() false
 
+// The least of all lanes, as a plain number.
+#define least_lane(i) (i)
+
+#define as_plain_real(i) intBitsToFloat(i)
+
 #define splat(x) float(x)
 #define splat_integer(x) int(x)
 #define splat_word(x) uint(x)

@@ -20,15 +20,6 @@ constexpr std::array<std::string_view, operation_count> words = {
     "CHOOSE"};
 // clang-format on
 
-float as_float(double value) {
-  const float rounded = float(value);
-  if (!std::isfinite(rounded))
-    throw Error(ErrorCode::input, fmt::format("the constant {} of an expression is too great for single precision, "
-                                              "which reaches 3.4e38; scale the expression",
-                                              value));
-  return rounded;
-}
-
 // The graph puts the constant of a sum or product second.
 bool takes_constant(const Program& program, const Node& node) {
   return (node.op == Op::add || node.op == Op::multiply) && program.nodes[node.arguments[1]].op == Op::constant;
@@ -46,6 +37,17 @@ std::vector<bool> constants_with_names(const Program& program) {
 }
 
 }  // namespace
+
+std::string_view device_word(Op op) { return words[std::size_t(op)]; }
+
+float device_constant(double value) {
+  const float rounded = float(value);
+  if (!std::isfinite(rounded))
+    throw Error(ErrorCode::input, fmt::format("the constant {} of an expression is too great for single precision, "
+                                              "which reaches 3.4e38; scale the expression",
+                                              value));
+  return rounded;
+}
 
 std::string float_literal(float value) {
   std::string text = fmt::format("{}", value);
@@ -75,8 +77,8 @@ std::string device_source(const Graph& graph, std::span<const NodeId> roots, std
     std::string arguments = decided;
     const auto add = [&](const std::string& argument) { arguments += (arguments.empty() ? "" : ", ") + argument; };
     for (int i = 0; i < (constant ? 1 : arity(node.op)); i++) add(name(node.arguments[std::size_t(i)]));
-    if (constant) add(float_literal(as_float(program.nodes[node.arguments[1]].value)));
-    if (node.op == Op::constant) add(float_literal(as_float(node.value)));
+    if (constant) add(float_literal(device_constant(program.nodes[node.arguments[1]].value)));
+    if (node.op == Op::constant) add(float_literal(device_constant(node.value)));
     if (node.op == Op::power_integer) add(fmt::format("{}", int(node.value)));
     fmt::format_to(std::back_inserter(text), "    NUMBER {} = OP_{}{}({});\n", name(NodeId(id)),
                    words[std::size_t(node.op)], constant ? "_CONSTANT" : (decided.empty() ? "" : "_BY"), arguments);

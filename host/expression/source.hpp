@@ -39,6 +39,12 @@ std::string device_source(const Graph& graph, std::span<const NodeId> roots, std
                           std::vector<std::string>& names,
                           const std::function<std::string(const Node&)>& decision = {});
 
+// The name of an operation in the vocabulary; a variable has none.
+std::string_view device_word(Op op);
+
+// A constant as devices have it: rounded to float. Throws Error (input) when it is too great.
+float device_constant(double value);
+
 // A literal that reads back to the same float in both languages.
 std::string float_literal(float value);
 

@@ -20,6 +20,7 @@
 #include "implicit_parameters.inc"
 #include "smurf/error.hpp"
 #include "surfaces/active_cells.hpp"
+#include "surfaces/implicit_grid.hpp"
 
 namespace smurf {
 namespace {
@@ -40,9 +41,6 @@ std::string function_source(const Graph& graph, std::span<const NodeId> roots, s
   return text + fmt::vformat(after, arguments) + "}\n";
 }
 
-// Compilers take minutes over straight code that is longer.
-constexpr std::size_t compiled_operations = 400;
-
 // What is asked of the expression along rays (piece_model.inc) and at points (implicit.inc).
 std::string expression_source(const ImplicitFunction& function) {
   const Graph& graph = function.graph;
@@ -51,22 +49,23 @@ std::string expression_source(const ImplicitFunction& function) {
   jet.insert(jet.end(), function.gradient.begin(), function.gradient.end());
   jet.insert(jet.end(), function.hessian.begin(), function.hessian.end());
   std::string text = "#include \"dual_vocabulary.inc\"\n#include \"dual_nowhere.inc\"\n";
-  text += function_source(graph, value, "FN Span expression_span(Dual v0, Dual v1, Dual v2)",
+  text += function_source(graph, value, "FN Span expression_span(Tape tape, Dual v0, Dual v1, Dual v2)",
                           "  mask nowhere = mask_none();\n",
                           "  Span span;\n  span.field = {0};\n  span.nowhere = nowhere;\n  return span;\n");
   text += "#include \"rounded_vocabulary.inc\"\nSTRUCT(Rounded3) { Rounded x, y, z; };\n";
-  text +=
-      function_source(graph, function.gradient, "FN Rounded3 expression_gradient(Rounded v0, Rounded v1, Rounded v2)",
-                      "", "  Rounded3 g;\n  g.x = {0};\n  g.y = {1};\n  g.z = {2};\n  return g;\n");
-  text += function_source(graph, value, "FN Rounded expression_point(Rounded v0, Rounded v1, Rounded v2)", "",
-                          "  return {0};\n");
+  text += function_source(graph, function.gradient,
+                          "FN Rounded3 expression_gradient(Tape tape, Rounded v0, Rounded v1, Rounded v2)", "",
+                          "  Rounded3 g;\n  g.x = {0};\n  g.y = {1};\n  g.z = {2};\n  return g;\n");
+  text += function_source(graph, value, "FN Rounded expression_point(Tape tape, Rounded v0, Rounded v1, Rounded v2)",
+                          "", "  return {0};\n");
   text += "#include \"real_dual_vocabulary.inc\"\n";
-  text += function_source(graph, value, "FN RealDual expression_along(RealDual v0, RealDual v1, RealDual v2)", "",
-                          "  return {0};\n");
+  text +=
+      function_source(graph, value, "FN RealDual expression_along(Tape tape, RealDual v0, RealDual v1, RealDual v2)",
+                      "", "  return {0};\n");
   text +=
       "#include \"frame.inc\"\n#include \"real_vocabulary.inc\"\n"
       "STRUCT(Jet) { real value; real3 gradient; Symmetric3 hessian; };\n";
-  text += function_source(graph, jet, "FN Jet expression_jet(real v0, real v1, real v2)", "",
+  text += function_source(graph, jet, "FN Jet expression_jet(Tape tape, real v0, real v1, real v2)", "",
                           "  Jet jet;\n  jet.value = {0};\n  jet.gradient = make3({1}, {2}, {3});\n"
                           "  jet.hessian.xx = {4};\n  jet.hessian.yy = {5};\n  jet.hessian.zz = {6};\n"
                           "  jet.hessian.xy = {7};\n  jet.hessian.xz = {8};\n  jet.hessian.yz = {9};\n  return jet;\n");
@@ -170,48 +169,25 @@ std::string box_source(const Graph& graph, const ImplicitFunction& function, con
   return text;
 }
 
-// Cells along the longest side of the domain, at most; at least half as many.
-constexpr double most_cells = 192;
-
-// The cells that the domain is cut into: cubes whose size is a power of two, at whole multiples of it, so that floats hold
-// their middles exactly.
-struct CellGrid {
-  double size = 1;
-  glm::dvec3 origin{0.0};
-  glm::ivec3 cells{1};
-
-  explicit CellGrid(const ImplicitDomain& domain) {
-    const glm::dvec3 extent = domain.upper - domain.lower;
-    const double longest = std::max({extent.x, extent.y, extent.z, 1e-30});
-    size = std::exp2(std::ceil(std::log2(longest / (most_cells - 1))));
-    origin = size * glm::floor(domain.lower / size);
-    cells = glm::max(glm::ivec3(glm::ceil((domain.upper - origin) / size)), glm::ivec3(1));
-  }
-};
+// Cells along the longest side of the domain, at most.
+constexpr int most_cells = 192;
 
 class ResidentImplicit final : public ResidentSurface {
  public:
   ResidentImplicit(const ImplicitSurface& surface, Executor& executor)
-      : executor_(executor), domain_(surface.domain), function_(surface.function) {
+      : executor_(executor), domain_(surface.domain), grid_(domain_, most_cells), function_(surface.function) {
     modules_["surface"] = embedded_core("implicit.inc");
-    const std::vector<NodeId> value{function_->value};
-    const std::size_t operations = expression::reachable(function_->graph, value).size();
-    if (operations > compiled_operations) {
-      throw Error(ErrorCode::input,
-                  fmt::format("an expression of {} operations; a device compiles at most {} (the reference "
-                              "takes any number)",
-                              operations, compiled_operations));
-    }
     modules_["expression"] = expression_source(*function_);
     Graph with_differences = function_->graph;
     const Creases creases(with_differences, function_->value);
     modules_["box"] = box_source(with_differences, *function_, creases);
     defines_["CREASES"] = fmt::format("{}", creases.count());
     modules_["cells"] = embedded_core("implicit_cells.inc");
+    modules_["cell_model"] = embedded_core("cell_taylor.inc");
     defines_["TAPS_INSIDE"] = "0";
     parameters_ = TypedBuffer<std::uint32_t>(executor, IMPLICIT_PARAMETER_WORDS, "surface parameters");
     write_parameters(surface);
-    cells_ = std::make_unique<ActiveCells>(executor, CellGrid(domain_).cells, modules_, defines_, *parameters_.get(),
+    cells_ = std::make_unique<ActiveCells>(executor, grid_.cells, modules_, defines_, *parameters_.get(),
                                            *parameters_.get(), *parameters_.get());
     make_models();
   }
@@ -233,31 +209,7 @@ class ResidentImplicit final : public ResidentSurface {
   }
 
  private:
-  void write_parameters(const ImplicitSurface& surface) {
-    std::array<std::uint32_t, IMPLICIT_PARAMETER_WORDS> words{};
-    const auto put_integer = [&](int at, int value) { words[std::size_t(at)] = std::uint32_t(value); };
-    const auto put_real = [&](int at, double value) {
-      words[std::size_t(at)] = std::bit_cast<std::uint32_t>(float(value));
-    };
-    const CellGrid grid(domain_);
-    const glm::ivec3 blocks = ActiveCells::blocks_of(grid.cells);
-    put_integer(GRID_BLOCKS, blocks.x);
-    put_integer(GRID_BLOCKS + 1, blocks.y);
-    for (int axis = 0; axis < 3; axis++) {
-      put_integer(GRID_SIZE + axis, grid.cells[axis] + 1);
-      put_real(GRID_EXTENT + axis, grid.cells[axis]);
-      put_real(GRID_ORIGIN_HIGH + axis, grid.origin[axis]);
-      put_real(GRID_ORIGIN_LOW + axis, grid.origin[axis] - double(float(grid.origin[axis])));
-      put_real(GRID_MATRIX_HIGH + 4 * axis, 1 / grid.size);
-      put_real(IMPLICIT_LOWER + axis, surface.domain.lower[axis]);
-      put_real(IMPLICIT_UPPER + axis, surface.domain.upper[axis]);
-    }
-    put_real(IMPLICIT_RADIUS, surface.domain.radius);
-    put_real(IMPLICIT_LEVEL, surface.level);
-    put_real(IMPLICIT_SIDE, int(surface.side));
-    put_real(IMPLICIT_CELL, grid.size);
-    parameters_.write(words);
-  }
+  void write_parameters(const ImplicitSurface& surface) { parameters_.write(parameter_words(surface, grid_)); }
 
   // Cells that interval arithmetic leaves over are looked at closely, and those that are left then get a model.
   void make_models() {
@@ -273,7 +225,7 @@ class ResidentImplicit final : public ResidentSurface {
       const std::uint32_t bit = candidates[i] % 64;
       if (reaches[i] == 0) bits[candidates[i] / 64][int(bit / 32)] &= ~(1u << (bit % 32));
     }
-    cells_->activate(bits, glm::vec3(CellGrid(domain_).cells));
+    cells_->activate(bits, glm::vec3(grid_.cells));
 
     std::vector<glm::uvec3> places;
     places.reserve(bits.size());
@@ -316,6 +268,7 @@ class ResidentImplicit final : public ResidentSurface {
 
   Executor& executor_;
   const ImplicitDomain domain_;
+  const CellGrid grid_;
   std::shared_ptr<const ImplicitFunction> function_;
   std::map<std::string, std::string> modules_, defines_;
   TypedBuffer<std::uint32_t> parameters_;
@@ -391,6 +344,7 @@ std::optional<AnalyticField> ImplicitSurface::analytic_field() const {
 }
 
 std::unique_ptr<ResidentSurface> ImplicitSurface::reside(Executor& executor) const {
+  if (is_interpreted(*function)) return reside_as_tape(*this, executor);
   return std::make_unique<ResidentImplicit>(*this, executor);
 }
 
