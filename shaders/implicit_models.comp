@@ -1,13 +1,13 @@
 // Taylor models of the cells in a list.
-#include "implicit_cells.inc"
+#include "models"
 
 layout(local_size_x = GROUP) in;
 
 layout(push_constant) uniform Arguments {
-  Buffer parameters, list, models;
+  Buffer parameters, cells, tapes, list, models;
   int count, marks_only;
 };
 
 void main() {
-  implicit_models_of(grid_open(parameters, list), list, models, lane_items(item_index()), count, marks_only);
+  implicit_models_of(grid_open(parameters, list), cells, tapes, list, models, lane_items(item_index()), count, marks_only);
 }

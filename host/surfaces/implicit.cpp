@@ -175,7 +175,7 @@ constexpr int most_cells = 192;
 class ResidentImplicit final : public ResidentSurface {
  public:
   ResidentImplicit(const ImplicitSurface& surface, Executor& executor)
-      : executor_(executor), domain_(surface.domain), grid_(domain_, most_cells), function_(surface.function) {
+      : domain_(surface.domain), grid_(domain_, most_cells), function_(surface.function) {
     modules_["surface"] = embedded_core("implicit.inc");
     modules_["expression"] = expression_source(*function_);
     Graph with_differences = function_->graph;
@@ -183,98 +183,39 @@ class ResidentImplicit final : public ResidentSurface {
     modules_["box"] = box_source(with_differences, *function_, creases);
     defines_["CREASES"] = fmt::format("{}", creases.count());
     modules_["cells"] = embedded_core("implicit_cells.inc");
-    modules_["cell_model"] = embedded_core("cell_taylor.inc");
+    modules_["models"] = modules_["cells"];
     defines_["TAPS_INSIDE"] = "0";
     parameters_ = TypedBuffer<std::uint32_t>(executor, IMPLICIT_PARAMETER_WORDS, "surface parameters");
     write_parameters(surface);
-    cells_ = std::make_unique<ActiveCells>(executor, grid_.cells, modules_, defines_, *parameters_.get(),
-                                           *parameters_.get(), *parameters_.get());
-    make_models();
+    cells_ = std::make_unique<ImplicitCells>(executor, grid_, modules_, defines_, *parameters_.get());
+    cells_->make(cells_->find(), {}, nullptr);
   }
 
   const std::map<std::string, std::string>& modules() const override { return modules_; }
   const std::map<std::string, std::string>& defines() const override { return defines_; }
   DeviceBuffer* parameters() const override { return parameters_.get(); }
-  std::vector<DeviceBuffer*> buffers() const override { return {models_.get(), cells_->distances(), places_.get()}; }
-  std::size_t bytes() const override {
-    return parameters_.bytes() + cells_->bytes() + places_.bytes() + models_.bytes();
+  std::vector<DeviceBuffer*> buffers() const override {
+    return {cells_->models(), cells_->distances(), cells_->blocks()};
   }
+  std::size_t bytes() const override { return parameters_.bytes() + cells_->bytes(); }
 
   bool update(const SurfaceModel& model) override {
     const auto* other = dynamic_cast<const ImplicitSurface*>(&model);
     if (!other || other->function != function_ || !(other->domain == domain_)) return false;
     write_parameters(*other);
-    make_models();
+    cells_->make(cells_->find(), {}, nullptr);
     return true;
   }
 
  private:
   void write_parameters(const ImplicitSurface& surface) { parameters_.write(parameter_words(surface, grid_)); }
 
-  // Cells that interval arithmetic leaves over are looked at closely, and those that are left then get a model.
-  void make_models() {
-    std::vector<glm::uvec2> bits = cells_->find();
-    const std::vector<std::uint32_t> candidates = listed(bits);
-    std::vector<std::uint32_t> reaches(candidates.size());
-    if (!candidates.empty()) {
-      TypedBuffer<std::uint32_t> marks(executor_, candidates.size(), "cells that reach the level");
-      run_models(candidates, *marks.get(), true);
-      marks.read(reaches);
-    }
-    for (std::size_t i = 0; i < candidates.size(); i++) {
-      const std::uint32_t bit = candidates[i] % 64;
-      if (reaches[i] == 0) bits[candidates[i] / 64][int(bit / 32)] &= ~(1u << (bit % 32));
-    }
-    cells_->activate(bits, glm::vec3(grid_.cells));
-
-    std::vector<glm::uvec3> places;
-    places.reserve(bits.size());
-    std::uint32_t first = 0;
-    for (const glm::uvec2& block : bits) {
-      places.emplace_back(block, first);
-      first += std::uint32_t(std::popcount(block.x) + std::popcount(block.y));
-    }
-    places_ = TypedBuffer<glm::uvec3>(executor_, places.size(), "places of models");
-    places_.write(places);
-    // Lanes without a ray read what comes after the last.
-    models_ = TypedBuffer<float>(executor_, (std::size_t(first) + 1) * MODEL_WORDS, "Taylor models");
-    models_.write(std::vector<float>(MODEL_WORDS, 0.0f), std::size_t(first) * MODEL_WORDS);
-    if (first > 0) run_models(listed(bits), *models_.get(), false);
-  }
-
-  void run_models(std::span<const std::uint32_t> cells, DeviceBuffer& results, bool marks_only) {
-    TypedBuffer<std::uint32_t> list(executor_, cells.size(), "cells in order");
-    list.write(cells);
-    launch(executor_, Program{KernelId::implicit_models, modules_, defines_},
-           arguments::implicit_models{.parameters = parameters_.get(),
-                                      .list = list.get(),
-                                      .models = &results,
-                                      .count = int(cells.size()),
-                                      .marks_only = marks_only ? 1 : 0},
-           cells.size());
-    executor_.finish();
-  }
-
-  // Cells by their place in the blocks: 64 times the block's number and the cell's bit.
-  static std::vector<std::uint32_t> listed(std::span<const glm::uvec2> bits) {
-    std::vector<std::uint32_t> list;
-    for (std::size_t block = 0; block < bits.size(); block++) {
-      std::uint64_t word = bits[block].x | std::uint64_t(bits[block].y) << 32;
-      for (; word != 0; word &= word - 1)
-        list.push_back(std::uint32_t(64 * block + std::size_t(std::countr_zero(word))));
-    }
-    return list;
-  }
-
-  Executor& executor_;
   const ImplicitDomain domain_;
   const CellGrid grid_;
   std::shared_ptr<const ImplicitFunction> function_;
   std::map<std::string, std::string> modules_, defines_;
   TypedBuffer<std::uint32_t> parameters_;
-  std::unique_ptr<ActiveCells> cells_;
-  TypedBuffer<glm::uvec3> places_;  // bits of a block's active cells, and where their models begin
-  TypedBuffer<float> models_;
+  std::unique_ptr<ImplicitCells> cells_;
 };
 
 bool finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }

@@ -43,6 +43,82 @@ std::array<std::uint32_t, IMPLICIT_PARAMETER_WORDS> parameter_words(const Implic
   return words;
 }
 
+ImplicitCells::ImplicitCells(Executor& executor, const CellGrid& grid, const ActiveCells::Texts& modules,
+                             const ActiveCells::Texts& defines, DeviceBuffer& parameters)
+    : executor_(executor),
+      cells_(grid.cells),
+      modules_(modules),
+      defines_(defines),
+      parameters_(parameters),
+      active_(executor, grid.cells, modules, defines, parameters, parameters, parameters),
+      blocks_(executor, active_.block_count(), "blocks of cells") {}
+
+namespace {
+
+// Cells by their place in the blocks: 64 times the block's number and the cell's bit.
+std::vector<std::uint32_t> listed(std::span<const glm::uvec2> bits) {
+  std::vector<std::uint32_t> list;
+  for (std::size_t block = 0; block < bits.size(); block++) {
+    std::uint64_t word = bits[block].x | std::uint64_t(bits[block].y) << 32;
+    for (; word != 0; word &= word - 1) list.push_back(std::uint32_t(64 * block + std::size_t(std::countr_zero(word))));
+  }
+  return list;
+}
+
+}  // namespace
+
+void ImplicitCells::make(std::vector<glm::uvec2> bits, std::span<const std::uint32_t> tape_places,
+                         DeviceBuffer* tapes) {
+  write_blocks(bits, tape_places);
+  // What is not used must still be something.
+  DeviceBuffer& tape_words = tapes ? *tapes : parameters_;
+  const std::vector<std::uint32_t> candidates = listed(bits);
+  if (!candidates.empty()) {
+    TypedBuffer<std::uint32_t> marks(executor_, candidates.size(), "cells that reach the level");
+    run(candidates, tape_words, *marks.get(), true);
+    std::vector<std::uint32_t> reaches(candidates.size());
+    marks.read(reaches);
+    for (std::size_t i = 0; i < candidates.size(); i++) {
+      const std::uint32_t bit = candidates[i] % 64;
+      if (reaches[i] == 0) bits[candidates[i] / 64][int(bit / 32)] &= ~(1u << (bit % 32));
+    }
+  }
+  active_.activate(bits, glm::vec3(cells_));
+  write_blocks(bits, tape_places);
+  const std::vector<std::uint32_t> active = listed(bits);
+  // Lanes without a ray read what comes after the last.
+  models_ = TypedBuffer<float>(executor_, (active.size() + 1) * MODEL_WORDS, "Taylor models");
+  models_.write(std::vector<float>(MODEL_WORDS, 0.0f), active.size() * MODEL_WORDS);
+  if (!active.empty()) run(active, tape_words, *models_.get(), false);
+}
+
+void ImplicitCells::write_blocks(std::span<const glm::uvec2> bits, std::span<const std::uint32_t> tape_places) {
+  std::vector<glm::uvec4> blocks;
+  blocks.reserve(bits.size());
+  std::uint32_t models = 0;
+  for (std::size_t i = 0; i < bits.size(); i++) {
+    blocks.emplace_back(bits[i], models, tape_places.empty() ? 0 : tape_places[i]);
+    models += std::uint32_t(std::popcount(bits[i].x) + std::popcount(bits[i].y));
+  }
+  blocks_.write(blocks);
+}
+
+void ImplicitCells::run(std::span<const std::uint32_t> cells, DeviceBuffer& tapes, DeviceBuffer& results,
+                        bool marks_only) {
+  TypedBuffer<std::uint32_t> list(executor_, cells.size(), "cells in order");
+  list.write(cells);
+  launch(executor_, Program{KernelId::implicit_models, modules_, defines_},
+         arguments::implicit_models{.parameters = &parameters_,
+                                    .cells = blocks_.get(),
+                                    .tapes = &tapes,
+                                    .list = list.get(),
+                                    .models = &results,
+                                    .count = int(cells.size()),
+                                    .marks_only = marks_only ? 1 : 0},
+         cells.size());
+  executor_.finish();
+}
+
 bool is_interpreted(const ImplicitFunction& function) {
   constexpr std::size_t most_compiled = 400;
   const char* wanted = std::getenv("SMURF_COMPILE_OPERATIONS");

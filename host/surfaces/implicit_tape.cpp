@@ -164,24 +164,23 @@ class ResidentTape final : public ResidentSurface {
         program_(expression::float_program(function_->graph, function_->value)),
         whole_(expression::make_tape(program_)) {
     modules_["surface"] = embedded_core("implicit.inc");
-    modules_["cell_model"] = embedded_core("cell_tape.inc");
+    modules_["models"] = embedded_core("tape_cells.inc");
     modules_["expression"] = device_functions(program_);
     defines_["TAPS_INSIDE"] = "0";
     // Programs are shared by expressions of about the same size.
     defines_["TAPE_REGISTERS"] = fmt::format("{}", std::max(16u, std::bit_ceil(unsigned(whole_.registers))));
     parameters_ = TypedBuffer<std::uint32_t>(executor, IMPLICIT_PARAMETER_WORDS, "surface parameters");
-    cells_ = std::make_unique<ActiveCells>(executor, grid_.cells, modules_, defines_, *parameters_.get(),
-                                           *parameters_.get(), *parameters_.get());
+    cells_ = std::make_unique<ImplicitCells>(executor, grid_, modules_, defines_, *parameters_.get());
     make(surface);
   }
 
   const std::map<std::string, std::string>& modules() const override { return modules_; }
   const std::map<std::string, std::string>& defines() const override { return defines_; }
   DeviceBuffer* parameters() const override { return parameters_.get(); }
-  std::vector<DeviceBuffer*> buffers() const override { return {tapes_.get(), cells_->distances(), places_.get()}; }
-  std::size_t bytes() const override {
-    return parameters_.bytes() + cells_->bytes() + places_.bytes() + tapes_.bytes();
+  std::vector<DeviceBuffer*> buffers() const override {
+    return {cells_->models(), cells_->distances(), cells_->blocks(), tapes_.get()};
   }
+  std::size_t bytes() const override { return parameters_.bytes() + cells_->bytes() + tapes_.bytes(); }
 
   bool update(const SurfaceModel& model) override {
     const auto* other = dynamic_cast<const ImplicitSurface*>(&model);
@@ -194,11 +193,10 @@ class ResidentTape final : public ResidentSurface {
   void make(const ImplicitSurface& surface) {
     parameters_.write(parameter_words(surface, grid_));
     const CellSearch search(program_, grid_, double(float(surface.level)));
-    cells_->activate(search.bits, glm::vec3(grid_.cells));
     // The whole tape stands first, for points in blocks without a root.
     std::vector<std::uint32_t> words = whole_.words;
     std::map<std::vector<std::uint32_t>, std::uint32_t> known;
-    std::vector<glm::uvec3> places;
+    std::vector<std::uint32_t> places;
     for (std::size_t i = 0; i < search.bits.size(); i++) {
       std::uint32_t at = 0;
       if (!search.tapes[i].words.empty()) {
@@ -206,15 +204,14 @@ class ResidentTape final : public ResidentSurface {
         at = entry->second;
         if (fresh) words.insert(words.end(), search.tapes[i].words.begin(), search.tapes[i].words.end());
       }
-      places.emplace_back(search.bits[i], at);
+      places.push_back(at);
     }
     if (words.size() > std::size_t(std::numeric_limits<std::int32_t>::max()))
       throw Error(ErrorCode::memory,
                   fmt::format("the tapes of an expression take {} words; at most 2^31-1 are possible", words.size()));
     tapes_ = TypedBuffer<std::uint32_t>(executor_, words.size(), "tapes");
     tapes_.write(words);
-    places_ = TypedBuffer<glm::uvec3>(executor_, places.size(), "places of tapes");
-    places_.write(places);
+    cells_->make(search.bits, places, tapes_.get());
   }
 
   Executor& executor_;
@@ -225,8 +222,7 @@ class ResidentTape final : public ResidentSurface {
   const Tape whole_;
   std::map<std::string, std::string> modules_, defines_;
   TypedBuffer<std::uint32_t> parameters_;
-  std::unique_ptr<ActiveCells> cells_;
-  TypedBuffer<glm::uvec3> places_;  // bits of a block's active cells, and where its tape stands
+  std::unique_ptr<ImplicitCells> cells_;
   TypedBuffer<std::uint32_t> tapes_;
 };
 
