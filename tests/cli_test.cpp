@@ -265,6 +265,24 @@ TEST_P(CliOnDevice, ProbeTellsPropertiesAndStatus) {
   EXPECT_TRUE(std::isnan(out.number(2, "value")));
 }
 
+TEST_P(CliOnDevice, ProbeTellsCreases) {
+  write("cube.json",
+        R"({"kind": "implicit", "equation": "max(max(abs(x),abs(y)),abs(z))-1", "domain": [[-2,-2,-2],[2,2,2]]})");
+  write("places.csv", "x,y,z\n1,0.25,0\n1,-1,0.5\n0,0,3\n");
+  const std::string probe = "probe " + in("cube.json") + " --points " + in("places.csv") + on_device();
+  const Outcome outcome = run(probe + "-o " + in("out.csv"));
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const Csv out(file("out.csv"));
+  ASSERT_EQ(out.rows.size(), 3u);
+  // Planes are umbilic.
+  EXPECT_EQ(out.text(0, "status"), "umbilic");
+  EXPECT_EQ(out.text(1, "status"), "umbilic+crease");
+  EXPECT_EQ(out.number(1, "nx"), 1) << "one side's normal";
+  EXPECT_EQ(out.text(2, "status"), "undefined") << "outside of the domain";
+  ASSERT_EQ(run(probe + "-o " + in("out.vtp")).code, 0);
+  EXPECT_NE(text_of(file("out.vtp")).find("NumberOfPoints=\"3\""), std::string::npos);
+}
+
 TEST_P(CliOnDevice, WritesVtp) {
   const Outcome outcome = run("cast " + in("ball.json") + " --rays " + in("rays.csv") + " --properties normal" +
                               on_device() + "-o " + in("hits.vtp"));

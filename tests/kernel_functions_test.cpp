@@ -31,6 +31,7 @@ using one_lane::separate::multiply_add;
 #include "kernels/core/dual_interval.inc"
 }  // namespace separate
 
+#define CHOICES 1
 namespace errors_fused {
 using namespace one_lane;
 using one_lane::fused::multiply_add;
@@ -644,6 +645,17 @@ TEST(KernelRounded, AreTight) {
   expect(rounded_logarithm(x), std::log(0.75), 1e-6 / 0.75);
   expect(rounded_maximum(x, y), 0.75, 1e-6);
   expect(rounded_choose(y, x, x, y), 0.75, 1e-6);
+  // The part of a crease: both sides of an open choice, carried through sums, products and quotients.
+  EXPECT_EQ(rounded_choose(y, x, x, y).crease, 0);
+  const Rounded open = rounded_choose(x, x, rounded_exact(2), rounded_exact(-1));
+  EXPECT_EQ(open.value, 2);
+  EXPECT_EQ(open.crease, 3);
+  EXPECT_GE(open.error, 3);
+  EXPECT_EQ(rounded_add(open, x).crease, 3);
+  EXPECT_EQ(rounded_multiply(open, rounded_exact(-0.5f)).crease, 1.5f);
+  EXPECT_EQ(rounded_multiply(open, rounded_exact(0)).crease, 0);
+  EXPECT_EQ(rounded_divide(open, rounded_exact(-0.5f)).crease, 6);
+  EXPECT_EQ(rounded_choose(y, x, x, open).crease, 0) << "not taken";
   EXPECT_FALSE(rounded_known(rounded_square_root(rounded_make(1e-7f, 1e-6f))));
   EXPECT_FALSE(rounded_known(rounded_divide(x, rounded_make(1e-7f, 1e-6f))));
   EXPECT_FALSE(rounded_known(rounded_multiply(rounded_exact(0), rounded_logarithm(y)))) << "the logarithm is undefined";

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <string>
 
 #include "smurf/error.hpp"
@@ -104,11 +105,19 @@ void add_properties(Table& table, const std::vector<Property>& properties, const
 }
 
 std::string_view point_status_text(std::uint32_t status) {
-  static_assert(umbilic == 1 && boundary == 2 && undefined == 4);
-  constexpr std::string_view texts[] = {
-      "regular",   "umbilic",           "boundary",           "umbilic+boundary",
-      "undefined", "umbilic+undefined", "boundary+undefined", "umbilic+boundary+undefined"};
-  return texts[status & 7];
+  static_assert(umbilic == 1 && boundary == 2 && undefined == 4 && crease == 8);
+  static const std::array<std::string, 16> texts = [] {
+    constexpr std::array<std::string_view, 4> names = {"umbilic", "boundary", "undefined", "crease"};
+    std::array<std::string, 16> all;
+    for (std::size_t bits = 0; bits < all.size(); bits++) {
+      for (std::size_t i = 0; i < names.size(); i++) {
+        if ((bits >> i & 1) != 0) all[bits].append(all[bits].empty() ? "" : "+").append(names[i]);
+      }
+    }
+    all[0] = "regular";
+    return all;
+  }();
+  return texts[status & 15];
 }
 
 }  // namespace smurf

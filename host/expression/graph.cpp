@@ -246,7 +246,7 @@ class Rules {
       case Op::sign:
       case Op::floor: return zero_;
       case Op::negate: return g_.negate(da);
-      case Op::absolute: return times(da, g_.unary(Op::sign, a));
+      case Op::absolute: return times(da, slope_of_absolute(a));
       case Op::square_root: return over(da, g_.multiply(id, g_.constant(2)));
       case Op::exponential: return times(da, id);
       case Op::logarithm: return over(da, a);
@@ -281,6 +281,8 @@ class Rules {
   NodeId times(NodeId slope, NodeId factor) { return slope == zero_ ? zero_ : g_.multiply(factor, slope); }
   NodeId over(NodeId slope, NodeId divisor) { return slope == zero_ ? zero_ : g_.divide(slope, divisor); }
 
+  // 1 at 0, where the sign of a would belong to neither side.
+  NodeId slope_of_absolute(NodeId a) { return g_.choose(zero_, a, g_.constant(1), g_.constant(-1)); }
   NodeId root_of_one_minus_square(NodeId a) {
     return g_.unary(Op::square_root, g_.subtract(g_.constant(1), g_.power(a, 2)));
   }

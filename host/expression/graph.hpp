@@ -99,7 +99,7 @@ class Graph {
 };
 
 // The derivative by one variable, exact. It is taken to be undefined where f is, though it may have a value there.
-// At creases it is the derivative of one side: that of a in min(a, b), max(a, b) where a = b, and |a|' = 0 where
+// At creases it is the derivative of one side: that of a in min(a, b), max(a, b) where a = b, and |a|' = a' where
 // a = 0; at the steps of floor and sign it is 0. That of a^b with an exponent that is no constant needs a > 0.
 NodeId derivative(Graph& graph, NodeId f, int variable);
 

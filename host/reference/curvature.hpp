@@ -15,7 +15,7 @@ struct SurfaceFrame {
   glm::dvec3 normal;
   double k1, k2;         // k1 >= k2
   glm::dvec3 d1, d2;     // unit, tangent, orthogonal
-  std::uint32_t status;  // PointStatus bits: umbilic, undefined
+  std::uint32_t status;  // PointStatus bits: umbilic, undefined, crease
 };
 
 SurfaceFrame undefined_frame();

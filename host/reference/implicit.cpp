@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "expression/evaluate.hpp"
+#include "reference/creases.hpp"
 #include "reference/function_on_ray.hpp"
 #include "reference/function_roots.hpp"
 #include "reference/reference_interrogation.hpp"
@@ -19,6 +20,8 @@ namespace {
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 // Curvatures that differ by less than this part of the domain's inverse diagonal are those of a plane.
 constexpr double flat = 1e-9;
+// Sides of a crease whose gradients differ by less than this part of the largest component look like a smooth bend.
+constexpr double crease = 1e-3;
 
 // Value, gradient and Hessian in one pass.
 class JetEvaluator {
@@ -49,8 +52,9 @@ class JetEvaluator {
 
 class ImplicitReference : public ReferenceSurface {
  public:
-  ImplicitReference(FunctionRoots roots, std::shared_ptr<const JetEvaluator> jets, ImplicitSurface::Side side)
-      : roots_(std::move(roots)), jets_(std::move(jets)), side_(side) {}
+  ImplicitReference(FunctionRoots roots, std::shared_ptr<const JetEvaluator> jets,
+                    std::shared_ptr<const SidesOfGradient> sides, ImplicitSurface::Side side)
+      : roots_(std::move(roots)), jets_(std::move(jets)), sides_(std::move(sides)), side_(side) {}
 
   void roots(const ReferenceRay& ray, bool first_only, std::vector<ReferenceHit>& hits) const override {
     roots_.find(ray, first_only, hits);
@@ -66,20 +70,25 @@ class ImplicitReference : public ReferenceSurface {
                              jet[7], jet[5], jet[9],  //
                              jet[8], jet[9], jet[6]);
     const double diagonal = glm::length(domain.upper - domain.lower);
-    return {jet[0], level_set_frame(gradient, hessian, int(side_), diagonal > 0 ? flat / diagonal : 0)};
+    SurfaceFrame frame = level_set_frame(gradient, hessian, int(side_), diagonal > 0 ? flat / diagonal : 0);
+    const double steepest = std::max({std::abs(gradient.x), std::abs(gradient.y), std::abs(gradient.z)});
+    if (!(frame.status & PointStatus::undefined) && sides_->apart(point) > crease * steepest)
+      frame.status |= PointStatus::crease;
+    return {jet[0], frame};
   }
 
-  std::size_t bytes() const override { return roots_.bytes() + jets_->bytes(); }
+  std::size_t bytes() const override { return roots_.bytes() + jets_->bytes() + sides_->bytes(); }
 
   std::shared_ptr<const ReferenceSurface> updated(const SurfaceModel& model) const override {
     const auto* other = dynamic_cast<const ImplicitSurface*>(&model);
     if (!other || other->function != roots_.function()) return nullptr;
-    return std::make_shared<ImplicitReference>(roots_.with(other->domain, other->level), jets_, other->side);
+    return std::make_shared<ImplicitReference>(roots_.with(other->domain, other->level), jets_, sides_, other->side);
   }
 
  private:
   FunctionRoots roots_;  // keeps the function, so that another cannot take its address
   std::shared_ptr<const JetEvaluator> jets_;
+  std::shared_ptr<const SidesOfGradient> sides_;
   ImplicitSurface::Side side_;
 };
 
@@ -87,7 +96,8 @@ class ImplicitReference : public ReferenceSurface {
 
 std::unique_ptr<Interrogation> ImplicitSurface::reference() const {
   return std::make_unique<ReferenceInterrogation>(std::make_shared<ImplicitReference>(
-      FunctionRoots(function, domain, level), std::make_shared<JetEvaluator>(*function), side));
+      FunctionRoots(function, domain, level), std::make_shared<JetEvaluator>(*function),
+      std::make_shared<SidesOfGradient>(function->graph, function->gradient), side));
 }
 
 }  // namespace smurf

@@ -76,7 +76,7 @@ std::string expression_source(const ImplicitFunction& function) {
 // difference vanishes, which can be bounded over a cell much more closely than by comparing bounds of both arguments.
 class Creases {
  public:
-  Creases(Graph& graph, NodeId value) {
+  Creases(Graph& graph, NodeId value) : zero_(graph.constant(0)) {
     const std::vector<NodeId> roots{value};
     for (const NodeId id : expression::reachable(graph, roots)) {
       const expression::Node node = graph[id];
@@ -119,6 +119,7 @@ class Creases {
       case Op::minimum:
       case Op::maximum:
       case Op::choose: {
+        if (a == zero_ && places_.contains({b, none})) return find(b, none, "-");  // the slope of |b|
         const std::string forward = find(a, b, "");
         return forward.empty() ? find(b, a, "-") : forward;
       }
@@ -136,6 +137,7 @@ class Creases {
     differences_.push_back(difference);
   }
 
+  const NodeId zero_;
   std::vector<NodeId> differences_, slopes_;
   std::map<std::pair<NodeId, NodeId>, std::size_t> places_;
 };
@@ -184,6 +186,13 @@ class ResidentImplicit final : public ResidentSurface {
     defines_["CREASES"] = fmt::format("{}", creases.count());
     modules_["cells"] = embedded_core("implicit_cells.inc");
     modules_["models"] = modules_["cells"];
+    // Whether derivatives have sides (rounded.inc).
+    const auto has_sides = [&](NodeId id) {
+      const Op op = function_->graph[id].op;
+      return op == Op::choose || op == Op::sign;
+    };
+    defines_["CHOICES"] =
+        std::ranges::any_of(expression::reachable(function_->graph, function_->gradient), has_sides) ? "1" : "0";
     defines_["TAPS_INSIDE"] = "0";
     parameters_ = TypedBuffer<std::uint32_t>(executor, IMPLICIT_PARAMETER_WORDS, "surface parameters");
     write_parameters(surface);

@@ -38,6 +38,15 @@ constexpr double cell_margin = 1.0 / 64;
 
 constexpr std::string_view no_words;
 
+// Whether the function has creases (kernels/core/rounded.inc).
+bool has_choices(const Program& program) {
+  return std::ranges::any_of(program.nodes, [](const expression::Node& node) {
+    using expression::Op;
+    return node.op == Op::absolute || node.op == Op::minimum || node.op == Op::maximum || node.op == Op::choose ||
+           node.op == Op::sign;
+  });
+}
+
 std::string device_functions(const Program& program) {
   const auto variables = [](std::string_view prefix) {
     return fmt::format("{0}0; if (more == 1) r = {0}1; if (more == 2) r = {0}2", prefix);
@@ -79,16 +88,16 @@ std::string device_functions(const Program& program) {
        .result = "  JetNumber result = v0;",
        .after = "  return result;\n"});
   text +=
-      "FN JetNumber expression_jet_at(Tape tape, real x, real y, real z) {\n"
+      "FN JetNumber expression_jet_at(Tape tape, Rounded x, Rounded y, Rounded z) {\n"
       "  real one = splat(1.0f);\n  real zero = splat(0.0f);\n"
       "  return expression_jet_number(tape, jet_variable(x, one, zero, zero), jet_variable(y, zero, one, zero),\n"
       "                               jet_variable(z, zero, zero, one));\n}\n"
       "FN Jet expression_jet(Tape tape, real x, real y, real z) {\n"
-      "  JetNumber n = expression_jet_at(tape, x, y, z);\n  Jet jet;\n"
+      "  JetNumber n = expression_jet_at(tape, rounded_exact(x), rounded_exact(y), rounded_exact(z));\n  Jet jet;\n"
       "  jet.value = rounded_known(n.value) ? n.value.value : not_a_number();\n"
       "  jet.gradient = make3(n.x.value, n.y.value, n.z.value);\n  jet.hessian = n.bend;\n  return jet;\n}\n"
       "FN Rounded3 expression_gradient(Tape tape, Rounded x, Rounded y, Rounded z) {\n"
-      "  JetNumber n = expression_jet_at(tape, x.value, y.value, z.value);\n  Rounded3 g;\n"
+      "  JetNumber n = expression_jet_at(tape, x, y, z);\n  Rounded3 g;\n"
       "  g.x = n.x;\n  g.y = n.y;\n  g.z = n.z;\n  return g;\n}\n";
   return text;
 }
@@ -167,6 +176,7 @@ class ResidentTape final : public ResidentSurface {
     modules_["models"] = embedded_core("tape_cells.inc");
     modules_["expression"] = device_functions(program_);
     defines_["TAPS_INSIDE"] = "0";
+    defines_["CHOICES"] = has_choices(program_) ? "1" : "0";
     // Programs are shared by expressions of about the same size.
     defines_["TAPE_REGISTERS"] = fmt::format("{}", std::max(16u, std::bit_ceil(unsigned(whole_.registers))));
     parameters_ = TypedBuffer<std::uint32_t>(executor, IMPLICIT_PARAMETER_WORDS, "surface parameters");

@@ -319,6 +319,111 @@ TEST(ImplicitSurfaces, Tapes) {
   compare_roots("prospero", surface, *device, rays, hits, truth, 0.2);
 }
 
+// Two spheres that meet in the plane 1.5x = y - 0.0625; min and max are the same but for signs.
+constexpr const char* lens = "-1.25-min(-((x-0.5)^2+y^2+z^2),-((x+0.25)^2+(y-0.5)^2+z^2))";
+
+// Points of which it is certain, in floats, which side they are on or that they are on both.
+TEST(ImplicitSurfaces, CreasesSaySo) {
+  struct Place {
+    glm::vec3 point;
+    bool crease;
+    glm::vec3 normal;  // of the side that graph.hpp promises
+  };
+  struct Creased {
+    const char* equation;
+    std::vector<Place> places;
+  };
+  const float third = 1 / std::sqrt(3.0f);
+  const std::vector<Creased> surfaces = {
+      // Faces, among them where one of the other coordinates folds; edges; corners.
+      {"max(max(abs(x),abs(y)),abs(z))-1",
+       {{{1, 0.3f, 0.2f}, false, {1, 0, 0}},
+        {{1, 0, 0}, false, {1, 0, 0}},
+        {{-0.25f, 0, -1}, false, {0, 0, -1}},
+        {{0.5f, -1, 0.999f}, false, {0, -1, 0}},
+        {{1, 1, 0.5f}, true, {1, 0, 0}},
+        {{1, 1, 0}, true, {1, 0, 0}},
+        {{0.25f, -1, 1}, true, {0, -1, 0}},
+        {{1, 1, 1}, true, {1, 0, 0}},
+        {{-1, 1, -1}, true, {-1, 0, 0}}}},
+      // One fold beside another, none of them with a gradient of its own in the middle; beside a fold.
+      {"abs(x)+abs(y)+abs(z)-1",
+       {{{0.25f, 0.5f, -0.25f}, false, {third, third, -third}},
+        {{0, 0.5f, 0.5f}, true, {third, third, third}},
+        {{0, 0, -1}, true, {third, third, -third}},
+        {{0, 0, 0}, true, {third, third, third}},
+        {{1e-6f, 0.5f, 0.5f}, false, {third, third, third}},
+        {{-1e-30f, 0.5f, 0.5f}, false, {-third, third, third}}}},
+      {lens,
+       {{{0.5f, 0.8125f, 0}, true, {0, 1, 0}},
+        {{0.5f, 0.8125f, 0.8125f}, true, {0, std::sqrt(0.5f), std::sqrt(0.5f)}},
+        {{0.5f, -0.5f, 0}, false, {0.6f, -0.8f, 0}}}},
+      // What turns nothing: a crease within another argument of a maximum, sides that go on alike, a factor that vanishes,
+      // and less than can be seen.
+      {"y+max(x+9,min(y,z))+max(y,y+z*z)+x*abs(x)+0.0001*abs(z)",
+       {{{0, 0.5f, 0.5f}, false, {1, 2, 1}}, {{0, 0.5f, 0}, false, {1, 2, 0}}, {{0.25f, 0, 0}, false, {1.5f, 2, 0}}}},
+  };
+  for (const Creased& creased : surfaces) {
+    const Surface surface = implicit(creased.equation, box(2));
+    std::vector<glm::vec3> points;
+    for (const Place& place : creased.places) points.push_back(place.point);
+    for (TestDevice& device : one_of_each()) {
+      const PointProperties found = Interrogator(device.device, surface).probe(points, shape);
+      for (std::size_t i = 0; i < points.size(); i++) {
+        const Place& place = creased.places[i];
+        const std::string at = std::string(creased.equation) + ", point " + std::to_string(i) + ", " + device.label;
+        EXPECT_EQ((found.status[i] & PointStatus::crease) != 0, place.crease) << at;
+        EXPECT_FALSE(found.status[i] & PointStatus::undefined) << at;
+        EXPECT_LT(glm::distance(found.normal[i], glm::normalize(place.normal)), 2e-4f) << at;
+        EXPECT_TRUE(std::isfinite(found.mean[i])) << at;
+      }
+    }
+  }
+  // Where no side has a gradient there is no crease either.
+  const Surface flat = implicit("x*abs(x)+max(y^2+z^2,-y^2-z^2)", box(2));
+  for (TestDevice& device : one_of_each()) {
+    EXPECT_EQ(Interrogator(device.device, flat).probe(std::vector{glm::vec3(0)}, shape).status[0],
+              PointStatus::undefined)
+        << device.label;
+  }
+}
+
+// Few floats are on the plane in which two spheres meet. What is well off it is no crease, what is on it to double precision is one; in
+// between each executor has its own rounding.
+TEST(ImplicitSurfaces, CreasesByRounding) {
+  const auto apart = [](const glm::dvec3& p) { return std::abs(1.5 * p.x - p.y + 0.0625); };
+  const Surface surface = implicit(lens, box(2));
+  std::vector<glm::vec3> points;
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (int i = 0; i < 2000; i++) {
+    const double y = 2 * unit(random) - 1, z = 2 * unit(random) - 1, off = std::pow(10.0, -9 + 5 * unit(random));
+    points.emplace_back(float((y - 0.0625) / 1.5 + off), float(y), float(z));
+  }
+  const PointProperties truth = Interrogator(reference_device(), surface).probe(points, shape);
+  for (TestDevice& device : one_of_each()) {
+    const PointProperties found = Interrogator(device.device, surface).probe(points, shape);
+    std::size_t creases = 0, others = 0;
+    for (std::size_t i = 0; i < points.size(); i++) {
+      const bool open = (found.status[i] & PointStatus::crease) != 0;
+      creases += open;
+      others += open != ((truth.status[i] & PointStatus::crease) != 0);
+      // Floats round the difference of numbers up to 4 a dozen times.
+      const double off = apart(points[i]);
+      if (off > 5e-6) {
+        EXPECT_FALSE(open) << device.label << ", point " << i << ": " << off;
+      }
+      if (off < 1e-9) {
+        EXPECT_TRUE(open) << device.label << ", point " << i << ": " << off;
+      }
+    }
+    std::cout << "  " << device.label << ": " << creases << " creases, " << others << " unlike the reference\n";
+    EXPECT_GT(creases, points.size() / 10) << device.label;
+    EXPECT_LT(creases, points.size() * 9 / 10) << device.label;
+    EXPECT_LT(others, points.size() / 20) << device.label;
+  }
+}
+
 // Writes a file into the tests' output folder.
 std::string written(const std::string& name, const std::string& text) {
   const std::filesystem::path file = std::filesystem::path(SMURF_TEST_OUTPUT) / name;
