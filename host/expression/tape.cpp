@@ -173,13 +173,15 @@ Tape make_tape(const Program& program) {
 }
 
 std::string interpreter_source(const Program& program, const Interpreter& words) {
-  std::set<int> codes;
+  // Those that are usual are always there, so that most expressions share their program.
+  std::set<int> codes = {add_constant, multiply_constant};
+  for (const Op op : {Op::constant, Op::variable, Op::negate, Op::add, Op::subtract, Op::multiply, Op::power_integer,
+                      Op::minimum, Op::maximum, Op::absolute, Op::square_root})
+    codes.insert(int(op));
   for (const Node& node : program.nodes) {
     codes.insert(int(node.op));
     if (takes_constant(program, node)) codes.insert(node.op == Op::add ? add_constant : multiply_constant);
   }
-  // Pruning makes other expressions of the same operations, constants among them.
-  codes.insert(int(Op::constant));
   std::string cases;
   for (const int code : codes) {
     std::string value;

@@ -41,7 +41,7 @@ Tape make_tape(const Program& program);
 struct Interpreter {
   std::string_view head, before, variable, select, result, after;
 };
-// Only operations that the program contains are known to it.
+// Only usual operations and those that the program contains are known to it.
 std::string interpreter_source(const Program& program, const Interpreter& words);
 
 }  // namespace smurf::expression

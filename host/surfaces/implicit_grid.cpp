@@ -13,7 +13,8 @@ CellGrid::CellGrid(const ImplicitDomain& domain, int most_cells) {
   const glm::dvec3 extent = domain.upper - domain.lower;
   const double longest = std::max({extent.x, extent.y, extent.z, 1e-30});
   size = std::exp2(std::ceil(std::log2(longest / (most_cells - 1))));
-  origin = size * glm::floor(domain.lower / size);
+  // Planes at round numbers, which are common, then lie in the middle of cells and not between them.
+  origin = size * (glm::floor(domain.lower / size) - 0.5);
   cells = glm::max(glm::ivec3(glm::ceil((domain.upper - origin) / size)), glm::ivec3(1));
 }
 

@@ -13,13 +13,13 @@
 
 namespace smurf {
 
-// Cubes whose size is a power of two, at whole multiples of it, so that floats hold their middles exactly.
+// Cubes whose size is a power of two, with their middles at whole multiples of it, so that floats hold them exactly.
 struct CellGrid {
   double size = 1;
   glm::dvec3 origin{0.0};
   glm::ivec3 cells{1};
 
-  // With at most `most_cells` cells along the longest side of the domain, and at least about half as many.
+  // With about `most_cells` cells at most along the longest side of the domain, and at least about half as many.
   CellGrid(const ImplicitDomain& domain, int most_cells);
 };
 

@@ -178,7 +178,7 @@ class ResidentTape final : public ResidentSurface {
     defines_["TAPS_INSIDE"] = "0";
     defines_["CHOICES"] = has_choices(program_) ? "1" : "0";
     // Programs are shared by expressions of about the same size.
-    defines_["TAPE_REGISTERS"] = fmt::format("{}", std::max(16u, std::bit_ceil(unsigned(whole_.registers))));
+    defines_["TAPE_REGISTERS"] = fmt::format("{}", std::max(32u, std::bit_ceil(unsigned(whole_.registers))));
     parameters_ = TypedBuffer<std::uint32_t>(executor, IMPLICIT_PARAMETER_WORDS, "surface parameters");
     cells_ = std::make_unique<ImplicitCells>(executor, grid_, modules_, defines_, *parameters_.get());
     make(surface);

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <random>
 
+#include "harness/compile_at_most.hpp"
 #include "harness/devices.hpp"
 #include "harness/kernel_cover.hpp"
 #include "smurf/error.hpp"
@@ -248,13 +248,6 @@ TEST(ImplicitSurfaces, BadEquationsAreRefused) {
   refused([] { isosurface("x", std::nan(""), box(1)); }, "isovalue");
 }
 
-// While it lives, devices compile expressions of at most so many operations; longer ones are interpreted.
-class CompileAtMost {
- public:
-  explicit CompileAtMost(const char* operations) { setenv("SMURF_COMPILE_OPERATIONS", operations, 1); }
-  ~CompileAtMost() { unsetenv("SMURF_COMPILE_OPERATIONS"); }
-};
-
 TEST(ImplicitSurfaces, LongExpressionsAreInterpreted) {
   // The union of many balls: more than a compiler can be asked to take.
   std::mt19937_64 random(5);
@@ -471,30 +464,6 @@ TEST(ImplicitSurfaces, Descriptions) {
           "parameters.a");
   refused(R"j({"kind":"implicit","file":"missing.jsurf"})j", "missing.jsurf");
   refused(R"j({"kind":"isosurface","isovalue":1,"field":{"kind":"expression","value":"x"}})j", "field.domain");
-}
-
-// The algebraic surfaces of jsurf's collection, where the development data is at hand.
-TEST(ImplicitSurfaces, AlgebraicCollection) {
-  const std::filesystem::path folder = std::filesystem::path(SMURF_SOURCE_DIR) / "../shared/data/implicit/jsurf";
-  if (!std::filesystem::is_directory(folder)) {
-    std::cerr << "*** NOT TESTED HERE: " << folder << " is missing; BarthSextic and Descriptions stand for it\n";
-    return;
-  }
-  std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(folder))
-    if (entry.path().extension() == ".jsurf") files.push_back(entry.path());
-  std::ranges::sort(files);
-  EXPECT_EQ(files.size(), 36u);
-  TestDevice* device = test_device("opencl");
-  ASSERT_NE(device, nullptr);
-  for (const std::filesystem::path& file : files) {
-    const Surface surface = load_implicit(file, Domain{glm::dvec3(-3), glm::dvec3(3), 0});
-    const RayBatch rays = chords(surface.bounds(), 500, 23);
-    const HitList truth = Interrogator(reference_device(), surface).cast(rays, {.hits = Hits::all});
-    const HitList hits = Interrogator(device->device, surface).cast(rays, {.hits = Hits::all});
-    // Many of them are singular along whole curves, where no float can tell: what is not flagged must be right.
-    compare_roots(file.stem().string(), surface, *device, rays, hits, truth, 0.2);
-  }
 }
 
 }  // namespace

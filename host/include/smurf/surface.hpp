@@ -60,8 +60,8 @@ struct Domain {
 using Parameters = std::map<std::string, double>;  // named constants of an expression
 
 // The surface f = 0 of an equation in x, y, z: + - * / ^, numbers, pi, e, sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt abs
-// min max floor mod pow. Normals point to greater values: n = ∇f/|∇f|. Every root on a ray is found or enclosed, by interval arithmetic
-// in float; where the function is undefined there is no surface. Throws Error (input) that says where the text is wrong.
+// min max floor mod pow. Normals point to greater values: n = ∇f/|∇f|. Every root on a ray is found or enclosed, with proof, by Taylor
+// models and interval arithmetic in float; where the function is undefined there is no surface. Throws Error (input) that says where the text is wrong.
 Surface implicit(std::string_view equation, const Domain& domain, const Parameters& parameters = {});
 
 // The surface f = isovalue of an expression. Normals point to smaller values: n = -∇f/|∇f|.
