@@ -49,6 +49,13 @@
 #define mask_none() ((mask)(0))
 #endif
 
+// Whether a driver may be at work that ends long loops (Mesa's llvmpipe, under rusticl).
+#if defined(__x86_64__) || defined(__aarch64__)
+#define CHECK_LOOPS 0
+#else
+#define CHECK_LOOPS 1
+#endif
+
 // The least of all lanes, as a plain number.
 #if LANES == 1
 #define least_lane(i) (i)

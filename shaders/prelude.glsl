@@ -20,6 +20,9 @@
 #define mask_all() true
 #define mask_none() false
 
+// Whether a driver may be at work that ends long loops (Mesa's llvmpipe).
+#define CHECK_LOOPS 1
+
 // The least of all lanes, as a plain number.
 #define least_lane(i) (i)
 

@@ -28,7 +28,7 @@ constexpr int rays_in_block = 16;               // counted and ordered by one wo
 constexpr int tile_rows = 4;                    // rows of pixels that kernels take together
 
 struct BlockSum {
-  std::int32_t hits, most, invalid;
+  std::int32_t hits, most, invalid, cut;
 };
 
 // A tile's rows of one column of results, which kernels write where the host wants them, or to a buffer that is read afterwards.
@@ -87,6 +87,7 @@ class DeviceInterrogation final : public Interrogation {
       find_hits(tile, counts.buffer(), capacity, first_only);
       const std::vector<BlockSum> blocks = sum_blocks(tile, counts.buffer());
       if (options.bad_rays == BadRays::error) refuse_invalid(rays, blocks, tile);
+      require_whole(blocks, tile);
       const int most =
           std::max_element(blocks.begin(), blocks.end(), [](auto& a, auto& b) { return a.most < b.most; })->most;
       if (most > capacity && !first_only) {
@@ -234,6 +235,18 @@ class DeviceInterrogation final : public Interrogation {
            sums.size());
     blocks_.read(sums);
     return sums;
+  }
+
+  // No hit is lost in silence.
+  void require_whole(const std::vector<BlockSum>& blocks, const Tile& tile) const {
+    for (const BlockSum& block : blocks) {
+      if (block.cut < 0) continue;
+      throw Error(
+          ErrorCode::device,
+          fmt::format("the driver ended the loop of a kernel while ray {} was on its way (llvmpipe does so after "
+                      "65,535 steps of a ray and its neighbours); use another device, or the reference",
+                      tile.first + std::size_t(block.cut)));
+    }
   }
 
   void refuse_invalid(const RayBatch& rays, const std::vector<BlockSum>& blocks, const Tile& tile) const {
