@@ -100,6 +100,8 @@ TEST_P(VulkanTransfers, SharesOddSizesAndPlaces) {
 }
 
 // Per block the sum of its counts, the greatest of them, and the first that is negative (or -1).
+constexpr std::size_t block_words = 4;  // what count_blocks writes for each block of rays
+
 void count_blocks(VulkanExecutor& executor, DeviceBuffer* counts, DeviceBuffer* blocks, int count, int block) {
   launch(executor, Program{KernelId::count_blocks, {}, {}},
          arguments::count_blocks{.counts = counts, .blocks = blocks, .count = count, .block = block},
@@ -109,18 +111,20 @@ void count_blocks(VulkanExecutor& executor, DeviceBuffer* counts, DeviceBuffer* 
 TEST_P(VulkanTransfers, RunsKernelsOnSharedAndOwnBuffersInOrder) {
   constexpr int count = 1000, block = 100;
   std::vector<std::int32_t> counts(count, 2);
-  counts[250] = -1;
+  counts[250] = -1;                               // a ray that is not valid
+  counts[420] = -2;                               // one that was cut
   for (int repeat = 0; repeat < 200; repeat++) {  // more than a batch
     const auto source = executor.share(counts.data(), 4 * counts.size(), "counts");
-    const auto blocks = executor.allocate(3 * 4 * (count / block), "blocks");
+    const auto blocks = executor.allocate(block_words * 4 * (count / block), "blocks");
     count_blocks(executor, source.get(), blocks.get(), count, block);
     if (repeat % 70 != 0) continue;  // the others go while their launch is pending
-    std::vector<std::int32_t> result(3 * (count / block));
+    std::vector<std::int32_t> result(block_words * (count / block));
     executor.read(*blocks, 0, result.data(), 4 * result.size());
     for (int i = 0; i < count / block; i++) {
-      EXPECT_EQ(result[3 * std::size_t(i)], i == 2 ? 198 : 200) << "block " << i;
-      EXPECT_EQ(result[3 * std::size_t(i) + 1], 2) << "block " << i;
-      EXPECT_EQ(result[3 * std::size_t(i) + 2], i == 2 ? 250 : -1) << "block " << i;
+      EXPECT_EQ(result[block_words * std::size_t(i)], i == 2 || i == 4 ? 198 : 200) << "block " << i;
+      EXPECT_EQ(result[block_words * std::size_t(i) + 1], 2) << "block " << i;
+      EXPECT_EQ(result[block_words * std::size_t(i) + 2], i == 2 ? 250 : -1) << "block " << i;
+      EXPECT_EQ(result[block_words * std::size_t(i) + 3], i == 4 ? 420 : -1) << "block " << i;
     }
   }
   executor.finish();
@@ -131,18 +135,20 @@ TEST_P(VulkanTransfers, RunsKernelsOnSharedAndOwnBuffersInOrder) {
 TEST_P(VulkanTransfers, WritesWaitForLaunchesBeforeThem) {
   constexpr int count = 100000, block = 100;
   const auto counts = executor.allocate(4 * count, "counts");
-  const auto first = executor.allocate(12 * (count / block), "blocks");
-  const auto second = executor.allocate(12 * (count / block), "blocks");
+  const auto first = executor.allocate(4 * block_words * (count / block), "blocks");
+  const auto second = executor.allocate(4 * block_words * (count / block), "blocks");
   const std::vector<std::uint32_t> ones(count, 1), threes(count, 3);
   executor.write(*counts, 0, ones.data(), 4 * ones.size());
   count_blocks(executor, counts.get(), first.get(), count, block);
   executor.write(*counts, 0, threes.data(), 4 * threes.size());
   count_blocks(executor, counts.get(), second.get(), count, block);
-  std::vector<std::uint32_t> result(3 * (count / block));
+  std::vector<std::uint32_t> result(block_words * (count / block));
   executor.read(*first, 0, result.data(), 4 * result.size());
-  for (std::size_t i = 0; i < result.size(); i += 3) ASSERT_EQ(result[i], 100u) << "block " << i / 3;
+  for (std::size_t i = 0; i < result.size(); i += block_words)
+    ASSERT_EQ(result[i], 100u) << "block " << i / block_words;
   executor.read(*second, 0, result.data(), 4 * result.size());
-  for (std::size_t i = 0; i < result.size(); i += 3) ASSERT_EQ(result[i], 300u) << "block " << i / 3;
+  for (std::size_t i = 0; i < result.size(); i += block_words)
+    ASSERT_EQ(result[i], 300u) << "block " << i / block_words;
   executor.finish();
 }
 
@@ -150,18 +156,18 @@ TEST_P(VulkanTransfers, WritesWaitForLaunchesBeforeThem) {
 TEST_P(VulkanTransfers, RunsMoreItemsThanOneRowOfWorkGroups) {
   constexpr int count = 65535 * 64 + 1000;
   const auto counts = executor.allocate(4 * std::size_t(count), "counts");
-  const auto blocks = executor.allocate(12 * std::size_t(count), "blocks");
+  const auto blocks = executor.allocate(4 * block_words * std::size_t(count), "blocks");
   const auto values = numbers(count);
   executor.write(*counts, 0, values.data(), 4 * values.size());
   count_blocks(executor, counts.get(), blocks.get(), count, 1);
-  std::vector<std::uint32_t> result(3 * std::size_t(count));
+  std::vector<std::uint32_t> result(block_words * std::size_t(count));
   executor.read(*blocks, 0, result.data(), 4 * result.size());
-  for (std::size_t i = 0; i < values.size(); i++) ASSERT_EQ(result[3 * i], values[i]) << i;
+  for (std::size_t i = 0; i < values.size(); i++) ASSERT_EQ(result[block_words * i], values[i]) << i;
   executor.finish();
 }
 
 TEST_P(VulkanTransfers, TakesNullBuffers) {
-  const auto blocks = executor.allocate(12, "blocks");
+  const auto blocks = executor.allocate(4 * block_words, "blocks");
   count_blocks(executor, nullptr, blocks.get(), 1, 1);  // reads one word of what stands for it
   executor.finish();
 }
@@ -227,7 +233,7 @@ TEST(Vulkan, TimesKernels) {
   const auto counts = executor.allocate(4 * count, "counts");
   const std::vector<std::uint32_t> ones(count, 1);
   executor.write(*counts, 0, ones.data(), 4 * ones.size());
-  const auto blocks = executor.allocate(12 * (count / block), "blocks");
+  const auto blocks = executor.allocate(4 * block_words * (count / block), "blocks");
   const auto start = std::chrono::steady_clock::now();
   for (int i = 0; i < 100; i++) count_blocks(executor, counts.get(), blocks.get(), count, block);
   executor.finish();
