@@ -1,6 +1,7 @@
 // Comparison of reconstructions, on the reference: what is sampled, orders of convergence, errors in closed form, and the counts of
 // roots that one side lacks.
 #include "smurf/compare.hpp"
+#include "harness/refusal.hpp"
 
 #include <gtest/gtest.h>
 
@@ -14,6 +15,8 @@
 namespace smurf {
 namespace {
 
+using test::refusal;
+
 using glm::dvec3, glm::ivec3;
 
 Domain box(double half) { return {dvec3(-half), dvec3(half), 0}; }
@@ -23,18 +26,6 @@ const char* const tanglecube = "x^4-5*x^2+y^4-5*y^2+z^4-5*z^2+11.8";
 
 Comparison compare_on_reference(const Surface& surface, const CompareOptions& options) {
   return compare(open_device("reference"), surface, options);
-}
-
-template <class Action>
-std::string refusal(ErrorCode code, Action&& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    EXPECT_EQ(int(error.code()), int(code)) << error.what();
-    return error.what();
-  }
-  ADD_FAILURE() << "nothing was thrown";
-  return "";
 }
 
 TEST(SampleField, EvaluatesInDoubleAtTheNodes) {

@@ -11,6 +11,7 @@
 #include <iterator>
 #include <random>
 
+#include "harness/refusal.hpp"
 #include "io/atomic_file.hpp"
 #include "io/png.hpp"
 #include "io/ray_table.hpp"
@@ -22,6 +23,7 @@ namespace smurf {
 namespace {
 
 namespace fs = std::filesystem;
+using test::refusal;
 
 // A folder of the running test, empty.
 fs::path test_folder() {
@@ -43,20 +45,6 @@ std::string get(const fs::path& file) {
 
 std::size_t entries(const fs::path& folder) {
   return std::size_t(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
-}
-
-// The message of the Error with this code that `action` throws.
-template <class Action>
-std::string refusal(ErrorCode code, Action&& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    EXPECT_EQ(int(error.code()), int(code)) << error.what();
-    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
-    return error.what();
-  }
-  ADD_FAILURE() << "nothing was thrown";
-  return "";
 }
 
 #define EXPECT_REFUSED(code, action, part)                                              \
