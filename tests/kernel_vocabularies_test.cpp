@@ -1,0 +1,126 @@
+// One generated expression in every vocabulary of the kernels: they agree with each other and with double.
+#include "harness/kernel_operations.hpp"
+
+#define CHOICES 1
+
+// One generated expression in all vocabularies. It touches every word, and is defined wherever x > 0.1 and y > 0.
+#define GENERATED                                                                                 \
+  FN NUMBER generated(NUMBER x, NUMBER y) {                                                       \
+    NUMBER a = OP_ADD(OP_SINE(x), OP_MULTIPLY_CONSTANT(OP_COSINE(y), 0.5f));                      \
+    NUMBER b = OP_SUBTRACT(OP_EXPONENTIAL(OP_NEGATE(x)), OP_LOGARITHM(OP_ADD_CONSTANT(y, 1.0f))); \
+    NUMBER c = OP_DIVIDE(OP_MULTIPLY(a, b), OP_ADD_CONSTANT(OP_POWER_INTEGER(x, 2), 1.0f));       \
+    NUMBER d = OP_POWER(x, OP_CONSTANT(1.5f));                                                    \
+    NUMBER e = OP_ARCTANGENT2(OP_SQUARE_ROOT(y), OP_ADD(x, OP_ABSOLUTE(c)));                      \
+    NUMBER f = OP_TANGENT(OP_MULTIPLY_CONSTANT(OP_HYPERBOLIC_TANGENT(d), 0.25f));                 \
+    NUMBER g = OP_ARCSINE(OP_MULTIPLY_CONSTANT(OP_SINE(y), 0.75f));                               \
+    NUMBER h = OP_ARCCOSINE(OP_MULTIPLY_CONSTANT(OP_COSINE(x), 0.75f));                           \
+    NUMBER i = OP_HYPERBOLIC_COSINE(OP_ARCTANGENT(OP_HYPERBOLIC_SINE(c)));                        \
+    NUMBER j = OP_MINIMUM(OP_ADD(f, g), OP_MAXIMUM(h, i));                                        \
+    NUMBER k = OP_ADD(OP_FLOOR(OP_MULTIPLY_CONSTANT(x, 0.0625f)), OP_SIGN(y));                    \
+    NUMBER l = OP_CHOOSE(x, OP_CONSTANT(64.0f), OP_MODULO(j, OP_CONSTANT(50.0f)), e);             \
+    return OP_ADD(OP_ADD(j, k), OP_ADD(l, e));                                                    \
+  }
+
+namespace in_duals {
+using namespace one_lane;
+using one_lane::separate::multiply_add;
+#include "kernels/core/dual_vocabulary.inc"
+GENERATED
+}  // namespace in_duals
+namespace in_intervals {
+using namespace one_lane;
+using one_lane::separate::multiply_add;
+#include "kernels/core/interval_vocabulary.inc"
+GENERATED
+}  // namespace in_intervals
+namespace in_rounded {
+using namespace one_lane;
+using one_lane::separate::multiply_add;
+#include "kernels/core/rounded_vocabulary.inc"
+GENERATED
+}  // namespace in_rounded
+namespace in_reals {
+using namespace one_lane;
+using one_lane::separate::multiply_add;
+#include "kernels/core/real_vocabulary.inc"
+GENERATED
+}  // namespace in_reals
+namespace in_real_duals {
+using namespace one_lane;
+using one_lane::separate::multiply_add;
+#include "kernels/core/real_dual_vocabulary.inc"
+GENERATED
+}  // namespace in_real_duals
+
+namespace smurf {
+namespace {
+
+double generated(double x, double y) {
+  const double a = std::sin(x) + 0.5 * std::cos(y);
+  const double b = std::exp(-x) - std::log(y + 1);
+  const double c = a * b / (x * x + 1);
+  const double d = std::pow(x, 1.5);
+  const double e = std::atan2(std::sqrt(y), x + std::fabs(c));
+  const double f = std::tan(0.25 * std::tanh(d));
+  const double g = std::asin(0.75 * std::sin(y));
+  const double h = std::acos(0.75 * std::cos(x));
+  const double i = std::cosh(std::atan(std::sinh(c)));
+  const double j = std::min(f + g, std::max(h, i));
+  const double k = std::floor(0.0625 * x) + sign(y);
+  const double l = x <= 64 ? modulo(j, 50) : e;
+  return j + k + l + e;
+}
+
+TEST(KernelVocabularies, AgreeOnAGeneratedExpression) {
+  Random random(3);
+  int with_slope = 0, with_error = 0;
+  float largest_error = 0;
+  for (int n = 0; n < 20000; n++) {
+    const double x = random.uniform(0.2, 80), y = random.uniform(0.1, 20), dx = random.uniform(-1, 1),
+                 dy = random.uniform(-1, 1);
+    const double extent = std::exp2(random.uniform(-16, -4));
+    const auto box = [&](auto make, double from, double rise) {
+      const double to = from + rise * extent;
+      return make(std::nextafter(static_cast<float>(std::min(from, to)), -1e9f),
+                  std::nextafter(static_cast<float>(std::max(from, to)), 1e9f));
+    };
+    const auto values =
+        in_intervals::generated(box(in_intervals::interval_make, x, dx), box(in_intervals::interval_make, y, dy));
+    const auto slopes = in_duals::generated(
+        in_duals::dual_make(box(in_duals::interval_make, x, dx), box(in_duals::interval_make, dx, 0)),
+        in_duals::dual_make(box(in_duals::interval_make, y, dy), box(in_duals::interval_make, dy, 0)));
+    ASSERT_TRUE(values.defined);
+    ASSERT_EQ(values.low, slopes.value.low);
+    ASSERT_EQ(values.high, slopes.value.high);
+    const auto exact = [&](double t) { return generated(x + dx * t, y + dy * t); };
+    const auto rounded =
+        in_rounded::generated(in_rounded::rounded_exact(float(x)), in_rounded::rounded_exact(float(y)));
+    if (in_rounded::rounded_known(rounded)) {
+      with_error++;
+      ASSERT_LE(std::fabs(rounded.value - generated(double{float(x)}, double{float(y)})), rounded.error);
+      largest_error = std::max(largest_error, rounded.error);
+    }
+    const double t = extent * random.uniform(0, 1), s = extent * random.uniform(0, 1);
+    ASSERT_GE(exact(t), values.low);
+    ASSERT_LE(exact(t), values.high);
+    const float fx = static_cast<float>(x), fy = static_cast<float>(y);
+    if (slopes.smooth_here && slopes.slope.defined) {
+      with_slope++;
+      const double quotient = (exact(s) - exact(t)) / (s - t), tolerance = 1e-13 / std::fabs(s - t);
+      ASSERT_GE(quotient, slopes.slope.low - tolerance);
+      ASSERT_LE(quotient, slopes.slope.high + tolerance);
+      const auto real_dual = in_real_duals::generated(in_real_duals::real_dual_make(fx, static_cast<float>(dx)),
+                                                      in_real_duals::real_dual_make(fy, static_cast<float>(dy)));
+      ASSERT_GE(real_dual.slope, slopes.slope.low - 1e-4);
+      ASSERT_LE(real_dual.slope, slopes.slope.high + 1e-4);
+      ASSERT_NEAR(in_reals::generated(fx, fy), exact(0), 1e-4);
+      ASSERT_EQ(in_reals::generated(fx, fy), real_dual.value);
+    }
+  }
+  EXPECT_GT(with_slope, 10000);
+  EXPECT_GT(with_error, 19000);
+  EXPECT_LT(largest_error, 51);  // at the jumps of floor and modulo
+}
+
+}  // namespace
+}  // namespace smurf
