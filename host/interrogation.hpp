@@ -8,14 +8,22 @@
 
 namespace smurf {
 
+// Points that properties are asked of. On kinds with surface coordinates these say where a point lies; where they are not given, it is
+// the point of the surface that is nearest to the location.
+struct PointSet {
+  std::span<const glm::vec3> locations;
+  std::span<const SurfaceCoordinates> coordinates = {};  // none, or one per point
+  std::span<const glm::vec3> directions = {};            // none, or one per point: for normal curvature
+};
+
 class Interrogation {
  public:
   virtual ~Interrogation() = default;
   // Fills everything of the hit list but its interrogation_.
   virtual void cast(const RayBatch& rays, const CastOptions& options, HitList& hits) = 0;
-  // Adds the columns in `wanted` to `out`, and the status. `directions` is empty or one per point.
-  virtual void measure(std::span<const glm::vec3> points, std::span<const glm::vec3> directions, std::uint32_t wanted,
-                       const ProbeOptions& options, PointProperties& out) = 0;
+  // Adds the columns in `wanted` to `out`, and the status.
+  virtual void measure(const PointSet& points, std::uint32_t wanted, const ProbeOptions& options,
+                       PointProperties& out) = 0;
   virtual void update(const std::shared_ptr<const SurfaceModel>& model) = 0;
   virtual std::size_t device_bytes() const = 0;
 };

@@ -3,8 +3,8 @@
 #include "measure.inc"
 
 __kernel WORK_GROUP void measure(Buffer parameters, Buffer surface_a, Buffer surface_b, Buffer surface_c, Buffer surface_d,
-                                 Buffer points, Buffer directions, Buffer columns, int first, int end, int stride,
+                                 Buffer points, Buffer coordinates, Buffer directions, Buffer columns, int first, int end, int stride,
                                  int wanted) {
   Surface surface = surface_open(parameters, surface_a, surface_b, surface_c, surface_d);
-  measure_points(surface, points, directions, columns, first + lane_items(get_global_id(0)), end, stride, wanted);
+  measure_points(surface, points, coordinates, directions, columns, first + lane_items(get_global_id(0)), end, stride, wanted);
 }

@@ -4,14 +4,14 @@
 layout(local_size_x = GROUP) in;
 
 layout(push_constant) uniform Arguments {
-  Buffer rays, counts, slots, block_offsets, row_rays, row_t, row_uncertainty, row_status, row_locations;
+  Buffer rays, counts, slots, block_offsets, row_rays, row_t, row_uncertainty, row_status, row_locations, row_coordinates;
   int first, number, count, stride, capacity, block;
 };
 
 void main() {
   int which = int(item_index());
   if (which * block < count) {
-    order_block(rays, counts, slots, block_offsets, row_rays, row_t, row_uncertainty, row_status, row_locations, which, first,
-              number, count, stride, capacity, block);
+    order_block(rays, counts, slots, block_offsets, row_rays, row_t, row_uncertainty, row_status, row_locations, row_coordinates,
+                which, first, number, count, stride, capacity, block);
   }
 }

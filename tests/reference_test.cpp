@@ -370,7 +370,7 @@ TEST(ReferenceInterrogation, MeasuresTheSphere) {
   PointProperties all;
   const std::uint32_t wanted = Property::value | Property::normal | Property::gauss | Property::mean |
                                Property::principal | Property::directions | Property::normal_curvature;
-  reference->measure(hits.locations(), directions, wanted, {}, all);
+  reference->measure({hits.locations(), {}, directions}, wanted, {}, all);
   EXPECT_EQ(all.measured, wanted);
   for (std::size_t i = 0; i < hits.size(); i++) {
     const dvec3 outward = glm::normalize(dvec3(hits.locations()[i]) - shape_centre);
@@ -388,11 +388,11 @@ TEST(ReferenceInterrogation, MeasuresTheSphere) {
   }
   const std::vector<glm::vec3> outside{glm::vec3(5), glm::vec3(not_a_number)};
   PointProperties nothing;
-  reference->measure(outside, {}, std::uint32_t(Property::normal), {}, nothing);
+  reference->measure({outside}, std::uint32_t(Property::normal), {}, nothing);
   EXPECT_EQ(nothing.status, (Values<std::uint32_t>{PointStatus::undefined, PointStatus::undefined}));
   EXPECT_TRUE(std::isnan(nothing.normal[0].x));
   EXPECT_TRUE(nothing.value.empty());
-  EXPECT_THROW(reference->measure(outside, {}, std::uint32_t(Property::normal_curvature), {}, nothing), Error);
+  EXPECT_THROW(reference->measure({outside}, std::uint32_t(Property::normal_curvature), {}, nothing), Error);
 }
 
 TEST(ReferenceInterrogation, FlagsOrRefusesBadRays) {

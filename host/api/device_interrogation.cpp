@@ -1,7 +1,7 @@
 // Interrogation in batches on an executor: cast() below reads from top to bottom as the stages of a batch.
 //
 // Device memory is bounded by the tile: rays (32 bytes, none where the device reads the host's), slots
-// (12 bytes × capacity), counts and rows. A ray with more hits than the capacity is never cut: the true count comes back, and
+// (12 or, with surface coordinates, 24 bytes × capacity), counts and rows. A ray with more hits than the capacity is never cut: the true count comes back, and
 // the tile is cast again with room for it, in smaller tiles if need be.
 #include <fmt/format.h>
 
@@ -9,6 +9,7 @@
 #include <bit>
 #include <limits>
 #include <numeric>
+#include <optional>
 
 #include "columns.inc"
 #include "executor.hpp"
@@ -67,7 +68,10 @@ class Rows {
 class DeviceInterrogation final : public Interrogation {
  public:
   DeviceInterrogation(const Device& device, const std::shared_ptr<const SurfaceModel>& model)
-      : device_(device), executor_(device_.executor()), surface_(model->reside(executor_)) {
+      : device_(device),
+        executor_(device_.executor()),
+        surface_(model->reside(executor_)),
+        coordinates_(model->has_coordinates()) {
     compile();
   }
 
@@ -101,42 +105,46 @@ class DeviceInterrogation final : public Interrogation {
       if (options.progress) options.progress(first, rays.size());
     }
     shared_rays_.reset();
-    if (options.properties != 0) measure(hits.locations_, {}, options.properties, {}, hits.properties_);
+    if (options.properties != 0)
+      measure({hits.locations_, hits.coordinates_, {}}, options.properties, {}, hits.properties_);
   }
 
-  void measure(std::span<const glm::vec3> points, std::span<const glm::vec3> directions, std::uint32_t wanted,
-               const ProbeOptions& options, PointProperties& out) override {
-    const auto words = std::make_shared<Values<std::uint32_t>>(points.size() * words_per_point(wanted));
+  void measure(const PointSet& points, std::uint32_t wanted, const ProbeOptions& options,
+               PointProperties& out) override {
+    const std::size_t size = points.locations.size();
+    const auto words = std::make_shared<Values<std::uint32_t>>(size * words_per_point(wanted));
     const std::size_t step = options.tile != 0 ? options.tile : points_in_tile;
     // Kernels count words in 32 bits.
     std::unique_ptr<DeviceBuffer> results;
     if (!words->empty() && words->size() <= std::size_t(std::numeric_limits<std::int32_t>::max()))
       results = executor_.share_results(words->data(), words->size() * sizeof(std::uint32_t), "properties");
-    std::unique_ptr<DeviceBuffer> all_points, all_directions;
+    std::unique_ptr<DeviceBuffer> locations, coordinates, directions;
     if (results) {
-      all_points = executor_.share(points.data(), points.size_bytes(), "points");
-      if (!directions.empty())
-        all_directions = executor_.share(directions.data(), directions.size_bytes(), "directions");
+      locations = share(points.locations, "points");
+      coordinates = share(points.coordinates, "surface coordinates");
+      directions = share(points.directions, "directions");
     }
-    for (std::size_t first = 0; first < points.size(); first += step) {
-      const std::size_t count = std::min(step, points.size() - first);
+    for (std::size_t first = 0; first < size; first += step) {
+      const std::size_t count = std::min(step, size - first);
       if (results) {
-        measure_points(all_points.get(), all_directions.get(), results.get(), first, first + count, points.size(),
-                       wanted);
+        measure_points({locations.get(), coordinates.get(), directions.get()}, results.get(), first, first + count,
+                       size, wanted);
         if (options.progress) executor_.finish();
       } else {
-        measure_copies(points.subspan(first, count), directions.empty() ? directions : directions.subspan(first, count),
+        measure_copies({stretch(points.locations, first, count), stretch(points.coordinates, first, count),
+                        stretch(points.directions, first, count)},
                        wanted, first, *words);
       }
-      if (options.progress) options.progress(first + count, points.size());
+      if (options.progress) options.progress(first + count, size);
     }
     results.reset();
-    take_columns(words, points.size(), wanted, out);
+    take_columns(words, size, wanted, out);
   }
 
   void update(const std::shared_ptr<const SurfaceModel>& model) override {
     if (!surface_->update(*model)) {
       surface_ = model->reside(executor_);
+      coordinates_ = model->has_coordinates();
       compile();
     }
   }
@@ -155,6 +163,7 @@ class DeviceInterrogation final : public Interrogation {
   void compile() {
     const auto program = [&](KernelId kernel, const char* curvature) {
       Program p{kernel, surface_->modules(), surface_->defines()};
+      p.defines["COORDINATES"] = coordinates_ ? "1" : "0";
       p.defines["CURVATURE"] = curvature;
       executor_.prepare(p);
       return p;
@@ -162,6 +171,19 @@ class DeviceInterrogation final : public Interrogation {
     find_hits_ = program(KernelId::find_hits, "0");
     measure_first_ = program(KernelId::measure, "0");
     measure_second_ = program(KernelId::measure, "1");
+    order_rows_ = {KernelId::order_rows, {}, {{"COORDINATES", coordinates_ ? "1" : "0"}}};
+    count_blocks_ = {KernelId::count_blocks, {}, {{"COORDINATES", "0"}}};
+  }
+
+  // A buffer on the host's values; none for none.
+  template <class T>
+  std::unique_ptr<DeviceBuffer> share(std::span<const T> values, std::string_view purpose) {
+    return values.empty() ? nullptr : executor_.share(values.data(), values.size_bytes(), purpose);
+  }
+
+  template <class T>
+  static std::span<const T> stretch(std::span<const T> values, std::size_t first, std::size_t count) {
+    return values.empty() ? values : values.subspan(first, count);
   }
 
   template <class T>
@@ -206,7 +228,7 @@ class DeviceInterrogation final : public Interrogation {
   }
 
   void find_hits(const Tile& tile, DeviceBuffer* counts, int capacity, bool first_only) {
-    ensure(slots_, 3 * std::size_t(capacity) * tile.count, "hit slots");
+    ensure(slots_, (coordinates_ ? 6 : 3) * std::size_t(capacity) * tile.count, "hit slots");
     const std::vector<DeviceBuffer*> surface = surface_buffers();
     launch(executor_, find_hits_,
            arguments::find_hits{.parameters = surface_->parameters(),
@@ -229,7 +251,7 @@ class DeviceInterrogation final : public Interrogation {
   std::vector<BlockSum> sum_blocks(const Tile& tile, DeviceBuffer* counts) {
     std::vector<BlockSum> sums((tile.count + rays_in_block - 1) / rays_in_block);
     ensure(blocks_, sums.size(), "block sums");
-    launch(executor_, Program{KernelId::count_blocks, {}, {}},
+    launch(executor_, count_blocks_,
            arguments::count_blocks{
                .counts = counts, .blocks = blocks_.get(), .count = int(tile.count), .block = rays_in_block},
            sums.size());
@@ -282,7 +304,9 @@ class DeviceInterrogation final : public Interrogation {
     Rows uncertainty(executor_, row_uncertainty_, hits.uncertainty_, count, expected, "hit rows");
     Rows status(executor_, row_status_, hits.status_, count, expected, "hit rows");
     Rows locations(executor_, row_locations_, hits.locations_, count, expected, "hit rows");
-    launch(executor_, Program{KernelId::order_rows, {}, {}},
+    std::optional<Rows<SurfaceCoordinates>> coordinates;
+    if (coordinates_) coordinates.emplace(executor_, row_coordinates_, hits.coordinates_, count, expected, "hit rows");
+    launch(executor_, order_rows_,
            arguments::order_rows{.rays = tile.rays,
                                  .counts = counts,
                                  .slots = slots_.get(),
@@ -292,6 +316,7 @@ class DeviceInterrogation final : public Interrogation {
                                  .row_uncertainty = uncertainty.buffer(),
                                  .row_status = status.buffer(),
                                  .row_locations = locations.buffer(),
+                                 .row_coordinates = coordinates ? coordinates->buffer() : nullptr,
                                  .first = int(tile.offset),
                                  .number = int(tile.first),
                                  .count = int(tile.count),
@@ -304,6 +329,7 @@ class DeviceInterrogation final : public Interrogation {
     uncertainty.finish();
     status.finish();
     locations.finish();
+    if (coordinates) coordinates->finish();
   }
 
   void append_counts(const Tile& tile, HitList& hits) {
@@ -316,8 +342,12 @@ class DeviceInterrogation final : public Interrogation {
     }
   }
 
-  void measure_points(DeviceBuffer* points, DeviceBuffer* directions, DeviceBuffer* columns, std::size_t first,
-                      std::size_t end, std::size_t stride, std::uint32_t wanted) {
+  struct PointBuffers {
+    DeviceBuffer *locations, *coordinates, *directions;
+  };
+
+  void measure_points(const PointBuffers& points, DeviceBuffer* columns, std::size_t first, std::size_t end,
+                      std::size_t stride, std::uint32_t wanted) {
     const std::uint32_t second =
         Property::gauss | Property::mean | Property::principal | Property::directions | Property::normal_curvature;
     const std::vector<DeviceBuffer*> surface = surface_buffers();
@@ -327,8 +357,9 @@ class DeviceInterrogation final : public Interrogation {
                               .surface_b = surface[1],
                               .surface_c = surface[2],
                               .surface_d = surface[3],
-                              .points = points,
-                              .directions = directions,
+                              .points = points.locations,
+                              .coordinates = points.coordinates,
+                              .directions = points.directions,
                               .columns = columns,
                               .first = int(first),
                               .end = int(end),
@@ -337,19 +368,23 @@ class DeviceInterrogation final : public Interrogation {
            end - first);
   }
 
+  // The values on the device, in `buffer`; null for none.
+  template <class T>
+  DeviceBuffer* copy(std::span<const T> values, TypedBuffer<T>& buffer, std::string_view purpose) {
+    if (values.empty()) return nullptr;
+    ensure(buffer, values.size(), purpose);
+    buffer.write(values);
+    return buffer.get();
+  }
+
   // Measures points that are copied to the device, and copies their columns back to where they belong in `words`.
-  void measure_copies(std::span<const glm::vec3> points, std::span<const glm::vec3> directions, std::uint32_t wanted,
-                      std::size_t first, Values<std::uint32_t>& words) {
-    const std::size_t count = points.size(), width = words_per_point(wanted), total = words.size() / width;
-    ensure(points_, count, "points");
-    points_.write(points);
-    if (!directions.empty()) {
-      ensure(directions_, count, "directions");
-      directions_.write(directions);
-    }
+  void measure_copies(const PointSet& points, std::uint32_t wanted, std::size_t first, Values<std::uint32_t>& words) {
+    const std::size_t count = points.locations.size(), width = words_per_point(wanted), total = words.size() / width;
+    const PointBuffers buffers{copy(points.locations, points_, "points"),
+                               copy(points.coordinates, point_coordinates_, "surface coordinates"),
+                               copy(points.directions, directions_, "directions")};
     ensure(columns_, count * width, "properties");
-    measure_points(points_.get(), directions.empty() ? nullptr : directions_.get(), columns_.get(), 0, count, count,
-                   wanted);
+    measure_points(buffers, columns_.get(), 0, count, count, wanted);
     std::size_t column = 0;
     for (const std::size_t column_width : column_widths(wanted)) {
       columns_.read(std::span(words).subspan(column * total + first * column_width, count * column_width),
@@ -405,7 +440,8 @@ class DeviceInterrogation final : public Interrogation {
   Device device_;
   Executor& executor_;
   std::unique_ptr<ResidentSurface> surface_;
-  Program find_hits_, measure_first_, measure_second_;
+  bool coordinates_;  // hits have surface coordinates
+  Program find_hits_, measure_first_, measure_second_, order_rows_, count_blocks_;
 
   std::unique_ptr<DeviceBuffer> shared_rays_;
   TypedBuffer<float> tile_rays_;
@@ -417,6 +453,7 @@ class DeviceInterrogation final : public Interrogation {
   TypedBuffer<float> row_t_, row_uncertainty_;
   TypedBuffer<HitStatus> row_status_;
   TypedBuffer<glm::vec3> row_locations_;
+  TypedBuffer<SurfaceCoordinates> row_coordinates_, point_coordinates_;
   TypedBuffer<glm::vec3> points_, directions_;
   TypedBuffer<std::uint32_t> columns_;
   Values<std::int32_t> tile_counts_;

@@ -63,8 +63,8 @@ PointProperties Interrogator::probe(std::span<const glm::vec3> points, std::uint
                             options.directions.size()));
   }
   PointProperties out;
-  interrogation_->measure(points, directed ? options.directions : std::span<const glm::vec3>(), properties, options,
-                          out);
+  interrogation_->measure({points, {}, directed ? options.directions : std::span<const glm::vec3>()}, properties,
+                          options, out);
   return out;
 }
 
@@ -76,7 +76,7 @@ const PointProperties& HitList::properties(std::uint32_t wanted) const {
   require_answerable(wanted);
   const std::uint32_t missing = wanted & ~properties_.measured;
   if (missing != 0 || properties_.status.size() != size()) {
-    interrogation_->measure(locations_, {}, missing, {}, properties_);
+    interrogation_->measure({locations_, coordinates_, {}}, missing, {}, properties_);
   }
   return properties_;
 }
@@ -110,7 +110,7 @@ Column<float> HitList::normal_curvatures(std::span<const glm::vec3> directions) 
                                               size(), directions.size()));
   }
   PointProperties out;
-  interrogation_->measure(locations_, directions, std::uint32_t(Property::normal_curvature), {}, out);
+  interrogation_->measure({locations_, coordinates_, directions}, std::uint32_t(Property::normal_curvature), {}, out);
   return out.normal_curvature;
 }
 

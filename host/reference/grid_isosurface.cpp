@@ -24,7 +24,7 @@ class GridReference : public ReferenceSurface {
     roots_.find(ray, first_only, hits);
   }
 
-  ReferencePoint measure(const glm::dvec3& point) const override {
+  ReferencePoint measure(const glm::dvec3& point, const SurfaceCoordinates*) const override {
     const GridField& field = *roots_.field();
     if (const auto jet = field.jet(point)) {
       return {jet->value,

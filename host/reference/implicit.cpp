@@ -60,7 +60,7 @@ class ImplicitReference : public ReferenceSurface {
     roots_.find(ray, first_only, hits);
   }
 
-  ReferencePoint measure(const glm::dvec3& point) const override {
+  ReferencePoint measure(const glm::dvec3& point, const SurfaceCoordinates*) const override {
     const ImplicitDomain& domain = roots_.domain();
     if (!is_within(domain, point)) return {nan, undefined_frame()};
     const std::array<double, 10> jet = (*jets_)(point);

@@ -62,6 +62,7 @@ void ReferenceInterrogation::cast(const RayBatch& rays, const CastOptions& optio
   hits.uncertainty_.clear();
   hits.status_.clear();
   hits.locations_.clear();
+  hits.coordinates_.clear();
   for_tiles(rays.size(), options.tile, options.progress, [&](std::size_t begin, std::size_t end) {
     std::vector<std::vector<ReferenceHit>> found(end - begin);
     parallel_for((end - begin + chunk - 1) / chunk, [&](std::size_t c) {
@@ -83,6 +84,7 @@ void ReferenceInterrogation::cast(const RayBatch& rays, const CastOptions& optio
         hits.uncertainty_.push_back(std::nextafter(float(hit.uncertainty + std::abs(hit.t - rounded)), INFINITY));
         hits.status_.push_back(hit.status);
         hits.locations_.push_back(glm::vec3(ray.origin + t * ray.direction));
+        if (surface_->has_coordinates()) hits.coordinates_.push_back(hit.coordinates);
       }
       hits.offsets_.push_back(hits.t_.size());
     }
@@ -90,11 +92,13 @@ void ReferenceInterrogation::cast(const RayBatch& rays, const CastOptions& optio
 
   hits.properties_ = {};
   hits.principal_.clear();
-  if (options.properties != 0) measure(hits.locations_, {}, options.properties, {}, hits.properties_);
+  if (options.properties != 0)
+    measure({hits.locations_, hits.coordinates_, {}}, options.properties, {}, hits.properties_);
 }
 
-void ReferenceInterrogation::measure(std::span<const glm::vec3> points, std::span<const glm::vec3> directions,
-                                     std::uint32_t wanted, const ProbeOptions& options, PointProperties& out) {
+void ReferenceInterrogation::measure(const PointSet& set, std::uint32_t wanted, const ProbeOptions& options,
+                                     PointProperties& out) {
+  const std::span<const glm::vec3> points = set.locations, directions = set.directions;
   if (contains(wanted, Property::normal_curvature) && directions.size() != points.size()) {
     throw Error(ErrorCode::usage, "normal curvature needs one direction per point: there are " +
                                       std::to_string(points.size()) + " points and " +
@@ -111,7 +115,8 @@ void ReferenceInterrogation::measure(std::span<const glm::vec3> points, std::spa
   Values<std::uint32_t> status(points.size(), PointStatus::undefined);
 
   auto one = [&](std::size_t i) {
-    const ReferencePoint point = surface_->measure(glm::dvec3(points[i]));
+    const ReferencePoint point =
+        surface_->measure(glm::dvec3(points[i]), set.coordinates.empty() ? nullptr : &set.coordinates[i]);
     const SurfaceFrame& frame = point.frame;
     status[i] = frame.status;
     if (contains(wanted, Property::value)) value[i] = float(point.value);

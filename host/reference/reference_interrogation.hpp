@@ -16,8 +16,8 @@ class ReferenceInterrogation : public Interrogation {
   explicit ReferenceInterrogation(std::shared_ptr<const ReferenceSurface> surface) : surface_(std::move(surface)) {}
 
   void cast(const RayBatch& rays, const CastOptions& options, HitList& hits) override;
-  void measure(std::span<const glm::vec3> points, std::span<const glm::vec3> directions, std::uint32_t wanted,
-               const ProbeOptions& options, PointProperties& out) override;
+  void measure(const PointSet& points, std::uint32_t wanted, const ProbeOptions& options,
+               PointProperties& out) override;
   void update(const std::shared_ptr<const SurfaceModel>& model) override;
   std::size_t device_bytes() const override { return surface_->bytes(); }
 

@@ -18,8 +18,7 @@
 namespace smurf {
 
 // A surface's buffers on one device and the source that answers for it.
-// The source module "surface" defines Surface, surface_open, surface_walk, surface_advance, surface_hit_t and
-// surface_frame, as kernels/core/grid_isosurface.inc does.
+// The source module "surface" defines Surface, surface_open, surface_find_hits and surface_frame, as kernels/core/grid_isosurface.inc does.
 class ResidentSurface {
  public:
   virtual ~ResidentSurface() = default;
@@ -51,6 +50,8 @@ class SurfaceModel {
   virtual std::string_view kind() const = 0;
   virtual Bounds bounds() const = 0;
   virtual std::uint32_t properties() const = 0;  // Property bits that this kind can answer
+  // Whether hits have SurfaceCoordinates; their order along the ray is then made by the stage that orders rows.
+  virtual bool has_coordinates() const { return false; }
   virtual std::vector<Fact> facts() const = 0;
   virtual std::unique_ptr<ResidentSurface> reside(Executor& executor) const = 0;
   virtual std::unique_ptr<Interrogation> reference() const = 0;  // host/reference

@@ -51,6 +51,13 @@ constexpr std::uint32_t operator|(Property a, Property b) { return std::uint32_t
 constexpr std::uint32_t operator|(std::uint32_t a, Property b) { return a | std::uint32_t(b); }
 constexpr bool contains(std::uint32_t set, Property p) { return (set & std::uint32_t(p)) != 0; }
 
+// Where on the surface a point lies, for kinds that have coordinates. Meshes: `part` is the triangle, and the location is
+// (1-u-v)·a + u·b + v·c of its corners.
+struct SurfaceCoordinates {
+  std::uint32_t part = 0;
+  float u = 0, v = 0;
+};
+
 enum class Hits { first, all };
 enum class BadRays { flag, error };  // flag: the ray has no hits and RayStatus::invalid; error: the call throws
 
@@ -86,6 +93,8 @@ class HitList {
   std::span<const float> uncertainty() const { return uncertainty_; }
   std::span<const RayStatus> ray_status() const { return ray_status_; }
   std::span<const glm::vec3> locations() const { return locations_; }
+  // One per hit; none for kinds without surface coordinates.
+  std::span<const SurfaceCoordinates> coordinates() const { return coordinates_; }
 
   std::span<const glm::vec3> normals() const;
   std::span<const float> gauss_curvatures() const;
@@ -108,6 +117,7 @@ class HitList {
   Values<HitStatus> status_;
   Values<RayStatus> ray_status_;
   Values<glm::vec3> locations_;
+  Values<SurfaceCoordinates> coordinates_;
   mutable PointProperties properties_;
   mutable Values<glm::vec2> principal_;
 };
@@ -125,7 +135,7 @@ class Interrogator {
 
   HitList cast(const RayBatch& rays, const CastOptions& options = {}) const;
 
-  // Properties of the level set through each point.
+  // Properties of the level set through each point; on kinds that are no level sets those of the surface's nearest point.
   PointProperties probe(std::span<const glm::vec3> points, std::uint32_t properties,
                         const ProbeOptions& options = {}) const;
 
