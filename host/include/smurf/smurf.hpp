@@ -7,6 +7,7 @@
 #include "smurf/error.hpp"
 #include "smurf/image.hpp"
 #include "smurf/interrogator.hpp"
+#include "smurf/mesh.hpp"
 #include "smurf/rays.hpp"
 #include "smurf/render.hpp"
 #include "smurf/surface.hpp"
