@@ -1,7 +1,6 @@
 // Sums of doubles without rounding, for the signs of determinants (Shewchuk 1997, "Adaptive precision floating-point arithmetic").
 //
-// The sum is kept as an expansion: doubles that do not overlap, least first. Floats have products of two in one double and of three in
-// two doubles, exactly and far from under- and overflow.
+// The sum is kept as an expansion: doubles that do not overlap, least first.
 #pragma once
 
 #include <array>
@@ -24,17 +23,22 @@ class ExactSum {
       if (error != 0) parts_[kept++] = error;
       x = sum;
     }
-    assert(kept < Most);
-    if (x != 0) parts_[kept++] = x;
+    if (x != 0) {
+      assert(kept < Most);
+      parts_[kept++] = x;
+    }
     count_ = kept;
   }
-  // a·b, exact for floats.
-  void add_product(double a, double b) { add(a * b); }
-  // a·b·c of floats.
+  // a·b and a·b·c, in two and four summands; of floats in one and two. No part may underflow: products of floats do not.
+  void add_product(double a, double b) {
+    const double product = a * b;
+    add(std::fma(a, b, -product));
+    add(product);
+  }
   void add_product(double a, double b, double c) {
-    const double pair = a * b, high = pair * c;
-    add(std::fma(pair, c, -high));
-    add(high);
+    const double product = a * b;
+    add_product(std::fma(a, b, -product), c);
+    add_product(product, c);
   }
 
   // The greatest part decides: it outweighs all others together.

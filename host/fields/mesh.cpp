@@ -46,7 +46,7 @@ bool has_no_area(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
   }
   for (int x = 0; x < 3; x++) {
     const int y = (x + 1) % 3;
-    ExactSum<6> area;
+    ExactSum<12> area;
     area.add_product(a[x], b[y]);
     area.add_product(-a[y], b[x]);
     area.add_product(b[x], c[y]);
