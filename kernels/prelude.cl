@@ -73,6 +73,48 @@ static inline int least_lane(integer i) {
 
 #define as_plain_real(i) as_float(i)
 
+// Lanes one by one: the least and greatest of all, that of number i, and a mask as bits.
+#if LANES == 1
+#define lane_least(v) (v)
+#define lane_greatest(v) (v)
+#define lane_real(v, i) (v)
+#define lane_integer(v, i) (v)
+#define lane_numbers() 0
+#define lane_bits(m) ((m) ? 1 : 0)
+#else
+#if HAS_BUILTIN(__builtin_reduce_min)
+#define lane_least(v) __builtin_reduce_min(v)
+#define lane_greatest(v) __builtin_reduce_max(v)
+#else
+static inline float lane_least(real v) {
+  float lanes[LANES];
+  JOIN(vstore, LANES)(v, 0, lanes);
+  float least = lanes[0];
+  for (int lane = 1; lane < LANES; lane++) least = fmin(least, lanes[lane]);
+  return least;
+}
+#define lane_greatest(v) (-lane_least(-(v)))
+#endif
+static inline float lane_real(real v, int i) { return ((float*)&v)[i]; }
+static inline int lane_integer(integer v, int i) { return ((int*)&v)[i]; }
+#define lane_numbers() lane_items(0)
+#if LANES == 16 && defined(__AVX512DQ__) && HAS_BUILTIN(__builtin_ia32_cvtd2mask512)
+#define lane_bits(m) ((int)(uint)__builtin_ia32_cvtd2mask512(m))
+#elif LANES == 8 && defined(__AVX__) && HAS_BUILTIN(__builtin_ia32_movmskps256)
+#define lane_bits(m) __builtin_ia32_movmskps256(as_float8(m))
+#elif LANES == 4 && defined(__SSE__) && HAS_BUILTIN(__builtin_ia32_movmskps)
+#define lane_bits(m) __builtin_ia32_movmskps(as_float4(m))
+#else
+static inline int lane_bits(mask m) {
+  int bits = 0;
+  for (int lane = 0; lane < LANES; lane++) bits |= ((int*)&m)[lane] != 0 ? 1 << lane : 0;
+  return bits;
+}
+#endif
+#endif
+// The number of the lowest bit that is set; there must be one.
+#define lowest_bit(bits) (31 - (int)clz((bits) & -(bits)))
+
 #define splat(x) ((real)(x))
 #define splat_integer(x) ((integer)(x))
 #define splat_word(x) ((word)(x))
@@ -234,6 +276,15 @@ FN void store_fours(Buffer b, int start, integer i, word v) {
   vstore4(v.s89ab, 0, b + start + i.s8);
   vstore4(v.scdef, 0, b + start + i.sc);
 }
+#endif
+
+// LANES reals that follow each other.
+#if LANES == 1
+#define load_lanes(b, start) as_float((b)[start])
+#define load_lane_integers(b, start) ((int)(b)[start])
+#else
+#define load_lanes(b, start) JOIN(vload, LANES)(0, (__global float*)(b) + (start))
+#define load_lane_integers(b, start) JOIN(vload, LANES)(0, (__global int*)(b) + (start))
 #endif
 
 // Stores the lanes in m.

@@ -28,6 +28,15 @@
 
 #define as_plain_real(i) intBitsToFloat(i)
 
+// Lanes one by one: there is one.
+#define lane_least(v) (v)
+#define lane_greatest(v) (v)
+#define lane_real(v, i) (v)
+#define lane_integer(v, i) (v)
+#define lane_numbers() 0
+#define lane_bits(m) ((m) ? 1 : 0)
+#define lowest_bit(bits) findLSB(bits)
+
 #define splat(x) float(x)
 #define splat_integer(x) int(x)
 #define splat_word(x) uint(x)
@@ -89,6 +98,10 @@ Row load_row(Buffer b, int start, integer i) {
 
 #define load_fours(b, start, i) load_real(b, (start) + (i))
 #define store_fours(b, start, i, v) ((b).words[(start) + (i)] = (v))
+
+// LANES reals that follow each other.
+#define load_lanes(b, start) uintBitsToFloat((b).words[start])
+#define load_lane_integers(b, start) int((b).words[start])
 
 // Stores the lanes in m.
 void store_word(Buffer b, integer i, word v, mask m) {

@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "smurf/mesh.hpp"
 #include "smurf/volume.hpp"
 
 namespace smurf {
@@ -71,6 +72,14 @@ Surface isosurface(std::string_view expression, double isovalue, const Domain& d
 // An equation from a file: .jsurf (algebraic surfaces; the domain is a ball of radius 5 unless given) or .vm (tapes of operations; the
 // domain is [-1, 1]³ unless given).
 Surface load_implicit(const std::filesystem::path& file, const std::optional<Domain>& domain = std::nullopt);
+
+// Which normal, and so which tangent plane, a mesh has at a point: that of the triangle, or one that runs smoothly between normals of the
+// vertices (Phong 1975).
+enum class MeshNormals { face, interpolated };
+
+// A polygon mesh. Normals point to where corners run counter-clockwise. A ray crosses an edge or a vertex that triangles share once where
+// the surface passes from one side of it to the other, and twice or not at all at a silhouette; a triangle that lies along a ray is not hit.
+Surface mesh_surface(const Mesh& mesh, MeshNormals normals = MeshNormals::face);
 
 // What samples keep of a surface that is given by an expression: isosurface(volume, isovalue) stands where that surface
 // stands, as nearly as its reconstruction allows, and its normals point to the same side.

@@ -1,0 +1,48 @@
+// Polygon meshes, answered by the reference.
+#include <algorithm>
+
+#include "reference/mesh.hpp"
+#include "reference/reference_interrogation.hpp"
+#include "surfaces/mesh.hpp"
+
+namespace smurf {
+namespace {
+
+class MeshReference : public ReferenceSurface {
+ public:
+  explicit MeshReference(const MeshSurface& surface) : mesh_(surface.mesh), normals_(surface.normals) {}
+
+  bool has_coordinates() const override { return true; }
+
+  // Ordered as they are told: by t in float, and among equals by face.
+  void roots(const ReferenceRay& ray, bool, std::vector<ReferenceHit>& hits) const override {
+    for (const MeshHit& hit : mesh_.hits(ray, false)) {
+      hits.push_back({hit.t, 0.0, HitStatus::isolated, 0.0, 0.0, {hit.at.face, float(hit.at.u), float(hit.at.v)}});
+    }
+    std::stable_sort(hits.begin(), hits.end(), [](const ReferenceHit& a, const ReferenceHit& b) {
+      const float ta = float(a.t), tb = float(b.t);
+      return ta < tb || (ta == tb && a.coordinates.part < b.coordinates.part);
+    });
+  }
+
+  ReferencePoint measure(const glm::dvec3& point, const SurfaceCoordinates* coordinates) const override {
+    const MeshPoint at =
+        coordinates ? MeshPoint{coordinates->part, coordinates->u, coordinates->v} : mesh_.nearest(point).at;
+    return {std::numeric_limits<double>::quiet_NaN(), mesh_.measure(at, normals_ == MeshNormals::face)};
+  }
+
+  std::size_t bytes() const override { return mesh_.bytes(); }
+  std::shared_ptr<const ReferenceSurface> updated(const SurfaceModel&) const override { return nullptr; }
+
+ private:
+  ReferenceMesh mesh_;
+  MeshNormals normals_;
+};
+
+}  // namespace
+
+std::unique_ptr<Interrogation> MeshSurface::reference() const {
+  return std::make_unique<ReferenceInterrogation>(std::make_shared<MeshReference>(*this));
+}
+
+}  // namespace smurf

@@ -1,0 +1,78 @@
+// Polygon meshes on a device: a hierarchy of boxes over blocks of triangles.
+//
+// Device memory: 40 bytes a triangle in full blocks, half as much again as they are filled, and 224 bytes a node.
+#include "surfaces/mesh.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+
+#include "mesh_parameters.inc"
+#include "smurf/error.hpp"
+#include "surfaces/mesh_hierarchy.hpp"
+
+namespace smurf {
+namespace {
+
+class ResidentMesh final : public ResidentSurface {
+ public:
+  ResidentMesh(const MeshSurface& surface, Executor& executor) {
+    const MeshHierarchy hierarchy = build_hierarchy(surface.mesh);
+    modules_["surface"] = embedded_core("mesh.inc");
+    defines_["MESH_STACK"] = fmt::format("{}", std::bit_ceil(unsigned(hierarchy.stack)));
+    upload(executor, hierarchy.nodes, nodes_, "hierarchy of a mesh");
+    upload(executor, hierarchy.blocks, blocks_, "triangles of a mesh");
+    std::array<std::uint32_t, MESH_PARAMETER_WORDS> words{};
+    const auto put = [&](int at, float value) { words[std::size_t(at)] = std::bit_cast<std::uint32_t>(value); };
+    float size = 0, extent = 0;
+    for (int axis = 0; axis < 3; axis++) {
+      put(MESH_LOWER + axis, hierarchy.lower[axis]);
+      put(MESH_UPPER + axis, hierarchy.upper[axis]);
+      size = std::max({size, std::abs(hierarchy.lower[axis]), std::abs(hierarchy.upper[axis])});
+      extent = std::max(extent, hierarchy.upper[axis] - hierarchy.lower[axis]);
+    }
+    put(MESH_SIZE, size);
+    put(MESH_EXTENT, extent);
+    parameters_ = TypedBuffer<std::uint32_t>(executor, words.size(), "surface parameters");
+    parameters_.write(words);
+  }
+
+  const std::map<std::string, std::string>& modules() const override { return modules_; }
+  const std::map<std::string, std::string>& defines() const override { return defines_; }
+  DeviceBuffer* parameters() const override { return parameters_.get(); }
+  std::vector<DeviceBuffer*> buffers() const override { return {nodes_.get(), blocks_.get()}; }
+  std::size_t bytes() const override { return nodes_.bytes() + blocks_.bytes() + parameters_.bytes(); }
+  bool update(const SurfaceModel&) override { return false; }
+
+ private:
+  static void upload(Executor& executor, const std::vector<std::uint32_t>& words, TypedBuffer<std::uint32_t>& buffer,
+                     std::string_view purpose) {
+    buffer = TypedBuffer<std::uint32_t>(executor, words.size(), purpose);
+    buffer.write(words);
+  }
+
+  std::map<std::string, std::string> modules_, defines_;
+  TypedBuffer<std::uint32_t> nodes_, blocks_, parameters_;
+};
+
+}  // namespace
+
+std::uint32_t MeshSurface::properties() const {
+  return Property::normal | Property::gauss | Property::mean | Property::principal | Property::directions |
+         Property::normal_curvature;
+}
+
+std::vector<Fact> MeshSurface::facts() const { return {}; }
+
+std::unique_ptr<ResidentSurface> MeshSurface::reside(Executor& executor) const {
+  return std::make_unique<ResidentMesh>(*this, executor);
+}
+
+Surface mesh_surface(const Mesh& mesh, MeshNormals normals) {
+  return Surface(std::make_shared<const MeshSurface>(mesh, normals));
+}
+
+}  // namespace smurf

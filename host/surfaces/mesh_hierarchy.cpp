@@ -1,0 +1,213 @@
+#include "surfaces/mesh_hierarchy.hpp"
+
+#include <embree3/rtcore.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <span>
+
+#include "mesh_parameters.inc"
+#include "smurf/error.hpp"
+
+namespace smurf {
+namespace {
+
+struct Box {
+  glm::vec3 lower, upper;
+};
+
+// A node as Embree builds it: inner nodes have children, leaves triangles.
+struct BuildNode {
+  std::array<BuildNode*, MESH_WIDTH> children{};
+  std::array<Box, MESH_WIDTH> boxes{};
+  std::array<std::uint32_t, MESH_WIDTH> triangles{};
+  std::uint32_t count = 0;  // of children or triangles
+  bool leaf = false;
+};
+
+void* create_node(RTCThreadLocalAllocator allocator, unsigned, void*) {
+  return new (rtcThreadLocalAlloc(allocator, sizeof(BuildNode), 16)) BuildNode;
+}
+
+void set_children(void* node, void** children, unsigned count, void*) {
+  auto& to = *static_cast<BuildNode*>(node);
+  to.count = count;
+  for (unsigned i = 0; i < count; i++) to.children[i] = static_cast<BuildNode*>(children[i]);
+}
+
+void set_bounds(void* node, const RTCBounds** bounds, unsigned count, void*) {
+  auto& to = *static_cast<BuildNode*>(node);
+  for (unsigned i = 0; i < count; i++) {
+    const RTCBounds& b = *bounds[i];
+    to.boxes[i] = {{b.lower_x, b.lower_y, b.lower_z}, {b.upper_x, b.upper_y, b.upper_z}};
+  }
+}
+
+void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* primitives, std::size_t count, void*) {
+  auto* leaf = new (rtcThreadLocalAlloc(allocator, sizeof(BuildNode), 16)) BuildNode;
+  leaf->leaf = true;
+  leaf->count = std::uint32_t(count);
+  for (std::size_t i = 0; i < count; i++) leaf->triangles[i] = primitives[i].primID;
+  return leaf;
+}
+
+bool report(void* progress, double part) {
+  const auto& call = *static_cast<const std::function<void(double)>*>(progress);
+  if (call) call(part);
+  return true;
+}
+
+struct DeviceRelease {
+  void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
+};
+struct HierarchyRelease {
+  void operator()(RTCBVH bvh) const { rtcReleaseBVH(bvh); }
+};
+
+// Writes nodes in the order in which they are first met, breadth first.
+class Layout {
+ public:
+  Layout(const Mesh& mesh, float margin) : mesh_(mesh), margin_(margin) {}
+
+  MeshHierarchy lay_out(const BuildNode& root, const Box& bounds) {
+    result_.lower = bounds.lower - margin_;
+    result_.upper = bounds.upper + margin_;
+    BuildNode above;  // a mesh of one leaf has a node above it
+    if (root.leaf) {
+      above.children[0] = const_cast<BuildNode*>(&root);
+      above.boxes[0] = bounds;
+      above.count = 1;
+    }
+    std::vector<const BuildNode*> level{root.leaf ? &above : &root};
+    std::size_t begun = 1;
+    while (!level.empty()) {
+      std::vector<const BuildNode*> next;
+      for (const BuildNode* node : level) {
+        const std::size_t at = result_.nodes.size();
+        result_.nodes.resize(at + MESH_NODE_WORDS);
+        for (std::uint32_t i = 0; i < MESH_WIDTH; i++) {
+          const BuildNode* child = i < node->count ? node->children[i] : nullptr;
+          std::uint32_t word = 0;
+          if (child && child->leaf) word = std::uint32_t(-1 - std::int32_t(add_block(*child)));
+          if (child && !child->leaf) {
+            word = std::uint32_t(begun++);
+            next.push_back(child);
+          }
+          if (child) put_child(at, i, node->boxes[i], word);
+        }
+      }
+      level = std::move(next);
+    }
+    result_.stack = deepest(root.leaf ? above : root);
+    // Lanes read whole vectors.
+    result_.nodes.resize(result_.nodes.size() + 16);
+    result_.blocks.resize(result_.blocks.size() + 16);
+    return std::move(result_);
+  }
+
+ private:
+  // What is kept at most while a child is followed and the others wait.
+  static int deepest(const BuildNode& node) {
+    int most = 1;
+    if (node.leaf) return most;
+    for (std::uint32_t i = 0; i < node.count; i++) most = std::max(most, deepest(*node.children[i]));
+    return most + int(node.count) - 1;
+  }
+
+  void put_child(std::size_t at, std::uint32_t i, const Box& box, std::uint32_t word) {
+    for (std::uint32_t axis = 0; axis < 3; axis++) {
+      result_.nodes[at + axis * MESH_WIDTH + i] = std::bit_cast<std::uint32_t>(box.lower[int(axis)] - margin_);
+      result_.nodes[at + (3 + axis) * MESH_WIDTH + i] = std::bit_cast<std::uint32_t>(box.upper[int(axis)] + margin_);
+    }
+    result_.nodes[at + MESH_CHILDREN + i] = word;
+  }
+
+  std::uint32_t add_block(const BuildNode& leaf) {
+    const std::size_t at = result_.blocks.size();
+    result_.blocks.resize(at + MESH_BLOCK_WORDS);
+    // By number, so that what is found does not depend on how the hierarchy was built.
+    std::vector<std::uint32_t> faces(leaf.triangles.data(), leaf.triangles.data() + leaf.count);
+    std::ranges::sort(faces);
+    for (std::uint32_t i = 0; i < MESH_WIDTH; i++) {
+      if (i < leaf.count) {
+        const glm::uvec3 corners = mesh_.faces()[faces[i]];
+        for (std::uint32_t corner = 0; corner < 3; corner++)
+          for (std::uint32_t axis = 0; axis < 3; axis++)
+            result_.blocks[at + (3 * corner + axis) * MESH_WIDTH + i] =
+                std::bit_cast<std::uint32_t>(mesh_.vertices()[corners[int(corner)]][int(axis)]);
+      }
+      result_.blocks[at + MESH_FACES + i] = i < leaf.count ? faces[i] : ~0u;
+    }
+    return std::uint32_t(at / MESH_BLOCK_WORDS) * MESH_BLOCK_CODE + leaf.count;
+  }
+
+  const Mesh& mesh_;
+  const float margin_;
+  MeshHierarchy result_;
+};
+
+unsigned most_triangles() {
+  const char* s = std::getenv("XLEAF");
+  return s ? unsigned(std::atoi(s)) : 4;
+}
+float triangle_cost() {
+  const char* s = std::getenv("XCOST");
+  return s ? float(std::atof(s)) : 1.0f;
+}
+
+float largest(const glm::vec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
+
+}  // namespace
+
+MeshHierarchy build_hierarchy(const Mesh& mesh, const std::function<void(double)>& progress) {
+  constexpr std::size_t most = (std::size_t(1) << 31) / MESH_BLOCK_WORDS;
+  if (mesh.face_count() > most)
+    throw Error(ErrorCode::memory,
+                fmt::format("the mesh has {} triangles; kernels can number {}", mesh.face_count(), most));
+  const std::unique_ptr<RTCDeviceTy, DeviceRelease> device(rtcNewDevice(nullptr));
+  if (!device) throw Error(ErrorCode::device, "Embree, which builds hierarchies, could not be started");
+  const std::unique_ptr<RTCBVHTy, HierarchyRelease> bvh(rtcNewBVH(device.get()));
+
+  std::vector<RTCBuildPrimitive> primitives(mesh.face_count());
+  Box bounds{glm::vec3(std::numeric_limits<float>::max()), glm::vec3(std::numeric_limits<float>::lowest())};
+  for (std::size_t i = 0; i < primitives.size(); i++) {
+    const glm::uvec3 f = mesh.faces()[i];
+    const glm::vec3 a = mesh.vertices()[f.x], b = mesh.vertices()[f.y], c = mesh.vertices()[f.z];
+    const glm::vec3 lower = glm::min(glm::min(a, b), c), upper = glm::max(glm::max(a, b), c);
+    primitives[i] = {lower.x, lower.y, lower.z, 0, upper.x, upper.y, upper.z, unsigned(i)};
+    bounds = {glm::min(bounds.lower, lower), glm::max(bounds.upper, upper)};
+  }
+
+  RTCBuildArguments arguments = rtcDefaultBuildArguments();
+  arguments.buildQuality = RTC_BUILD_QUALITY_MEDIUM;
+  arguments.maxBranchingFactor = MESH_WIDTH;
+  arguments.maxDepth = 48;
+  arguments.sahBlockSize = 1;
+  arguments.minLeafSize = 1;
+  arguments.maxLeafSize = most_triangles();
+  arguments.traversalCost = 1.0f;
+  arguments.intersectionCost = triangle_cost();
+  arguments.bvh = bvh.get();
+  arguments.primitives = primitives.data();
+  arguments.primitiveCount = primitives.size();
+  arguments.primitiveArrayCapacity = primitives.size();
+  arguments.createNode = create_node;
+  arguments.setNodeChildren = set_children;
+  arguments.setNodeBounds = set_bounds;
+  arguments.createLeaf = create_leaf;
+  arguments.buildProgress = report;
+  arguments.userPtr = const_cast<std::function<void(double)>*>(&progress);
+  const auto* root = static_cast<const BuildNode*>(rtcBuildBVH(&arguments));
+  if (!root)
+    throw Error(ErrorCode::memory, fmt::format("Embree could not build a hierarchy over {} triangles (its error {})",
+                                               mesh.face_count(), int(rtcGetDeviceError(device.get()))));
+  const float margin = std::ldexp(std::max(largest(bounds.lower), largest(bounds.upper)), -22);
+  return Layout(mesh, margin).lay_out(*root, bounds);
+}
+
+}  // namespace smurf
