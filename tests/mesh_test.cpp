@@ -70,7 +70,7 @@ TEST(Mesh, RefusesWhatIsNoMesh) {
                  "6 corners of faces were given, but the faces have 4");
   EXPECT_REFUSED(make_mesh(tetrahedron_vertices, corners, std::span<const std::uint32_t>()), "no sizes");
   EXPECT_REFUSED(make_mesh(tetrahedron_vertices, Faces{{0, 1, 1}, {2, 2, 2}}),
-                 "no triangle is left of 2 faces: 0 have one or two corners, 2 triangles name a vertex twice");
+                 "no triangle is left of 2 faces: 0 have less than three corners, 2 triangles name a vertex twice");
   const std::vector<std::uint32_t> many(most_corners + 1, 0), one_size = {most_corners + 1};
   EXPECT_REFUSED(make_mesh(tetrahedron_vertices, many, one_size), "16385 corners");
 }

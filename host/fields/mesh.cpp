@@ -141,7 +141,7 @@ void MeshBuilder::add_face(std::uint32_t face, const std::uint32_t* corners, std
 
 void MeshBuilder::fail_empty(std::uint64_t face_count) const {
   fail(
-      fmt::format("no triangle is left of {} faces: {} have one or two corners, {} triangles name a vertex twice, {} "
+      fmt::format("no triangle is left of {} faces: {} have less than three corners, {} triangles name a vertex twice, {} "
                   "have zero area",
                   face_count, repairs_.small_faces, repairs_.repeated_corners, repairs_.zero_area));
 }
@@ -177,6 +177,7 @@ Mesh MeshBuilder::build(Polygons polygons, const MeshOptions& options, const std
     }
   }
   builder.repairs_.unreferenced_vertices = std::uint64_t(std::ranges::count(used, false));
+  builder.repairs_.ignored_elements = polygons.ignored_elements;
   data->repairs = builder.repairs_;
   data->source_face_count = face_count;
   data->vertices = std::move(polygons.vertices);
@@ -186,7 +187,7 @@ Mesh MeshBuilder::build(Polygons polygons, const MeshOptions& options, const std
 }
 
 Mesh make_mesh(std::span<const glm::vec3> vertices, std::span<const glm::uvec3> faces, const MeshOptions& options) {
-  Polygons polygons{{vertices.begin(), vertices.end()}, {}, {}};
+  Polygons polygons{{vertices.begin(), vertices.end()}, {}, {}, 0};
   polygons.corners.reserve(3 * faces.size());
   for (const glm::uvec3& face : faces) polygons.corners.insert(polygons.corners.end(), {face.x, face.y, face.z});
   return MeshBuilder::build(std::move(polygons), options, "mesh");
@@ -197,7 +198,7 @@ Mesh make_mesh(std::span<const glm::vec3> vertices, std::span<const std::uint32_
   if (sizes.empty() && !corners.empty())
     throw Error(ErrorCode::input, fmt::format("mesh: {} corners of faces, but no sizes of faces", corners.size()));
   return MeshBuilder::build(
-      {{vertices.begin(), vertices.end()}, {corners.begin(), corners.end()}, {sizes.begin(), sizes.end()}}, options,
+      {{vertices.begin(), vertices.end()}, {corners.begin(), corners.end()}, {sizes.begin(), sizes.end()}, 0}, options,
       "mesh");
 }
 

@@ -15,6 +15,7 @@ struct Polygons {
   std::vector<glm::vec3> vertices;
   std::vector<std::uint32_t> corners;  // of all faces, one after the other
   std::vector<std::uint32_t> sizes;    // corners of each face; empty when all are triangles
+  std::uint64_t ignored_elements = 0;
 };
 
 class MeshBuilder {

@@ -23,11 +23,12 @@ struct MeshOptions {
 // What was done to the faces and vertices as given; nothing is changed that is not counted here.
 struct MeshRepairs {
   std::uint64_t polygons_split = 0;         // faces of more than three corners; n corners give n-2 triangles
-  std::uint64_t small_faces = 0;            // faces of one or two corners, dropped
+  std::uint64_t small_faces = 0;            // faces of less than three corners, dropped
   std::uint64_t repeated_corners = 0;       // triangles that name a vertex twice (after welding), dropped
   std::uint64_t zero_area = 0;              // triangles of three vertices that lie exactly on one line, dropped
   std::uint64_t welded_vertices = 0;        // vertices that were joined to an earlier one
   std::uint64_t unreferenced_vertices = 0;  // vertices that no triangle uses; they are kept, and belong to no surface
+  std::uint64_t ignored_elements = 0;       // of a file: lines, points, curves and others that are no polygons
   friend bool operator==(const MeshRepairs&, const MeshRepairs&) = default;
 };
 
@@ -100,9 +101,11 @@ Mesh make_mesh(std::span<const glm::vec3> vertices, std::span<const glm::uvec3> 
 Mesh make_mesh(std::span<const glm::vec3> vertices, std::span<const std::uint32_t> corners,
                std::span<const std::uint32_t> sizes, const MeshOptions& options = {});
 
-// From a file: OFF, OBJ, PLY (text and binary) and STL (text and binary) with the file's own vertices and faces; STL, which has no
-// connectivity, is welded. Other formats as far as the library assimp reads them, welded, because it takes vertices apart.
-// Throws Error (input) that names the file: missing, no mesh, truncated, and what make_mesh does not take.
+// From a file: OFF, OBJ, PLY (text and binary) and STL (text and binary) with the file's own vertices and faces, all groups and objects;
+// normals, texture coordinates and colours are not read. STL, which has no connectivity, is always welded. Other formats as far as the
+// library assimp reads them, placed by the nodes of their scene, and always welded, because assimp takes vertices apart.
+// Throws Error (input) that names the file, and for text the line: missing, no mesh, truncated, longer than it says, indices without a
+// vertex, and what make_mesh does not take.
 Mesh load_mesh(const std::filesystem::path& file, const MeshOptions& options = {});
 
 }  // namespace smurf
