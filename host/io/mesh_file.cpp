@@ -1,9 +1,8 @@
 // Mesh files by the ends of their names.
 //
-// OFF, OBJ, PLY and STL are read here, all others by assimp. Assimp 5.2 reads these four, too, but takes the vertices of OBJ files apart
-// corner by corner, drops polygons of OFF files that have more than nine corners, clamps their indices, repeats faces where a PLY file
-// is truncated, rounds numbers in their last place, and does not always come to an end on damaged PLY files.
-#include <assimp/config.h>
+// OFF, OBJ, PLY and STL are read here, all others by assimp. Assimp 5.2 reads these four, too, but it takes the vertices of OBJ files apart
+// corner by corner, drops polygons of more than nine corners and clamps indices in OFF files, repeats faces where a PLY file is truncated,
+// crashes or does not come to an end on damaged PLY files, and does not round numbers to the nearest float.
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <fmt/format.h>

@@ -160,6 +160,26 @@ Corners corners_of(const Mesh& mesh, std::size_t face) {
   return {dvec3(mesh.vertices()[f.x]), dvec3(mesh.vertices()[f.y]), dvec3(mesh.vertices()[f.z])};
 }
 
+// The triangles by the places of their middles along Morton's curve.
+std::vector<std::uint32_t> places_along_curve(const Mesh& mesh) {
+  const dvec3 lower(mesh.lower()),
+      size = glm::max(dvec3(mesh.upper()) - lower, dvec3(std::numeric_limits<double>::min()));
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> keys;
+  for (std::uint32_t face = 0; face < mesh.face_count(); face++) {
+    const Corners p = corners_of(mesh, face);
+    const glm::uvec3 cell(glm::clamp((p[0] / 3.0 + p[1] / 3.0 + p[2] / 3.0 - lower) / size, 0.0, 1.0) * 0x1fffffp0);
+    std::uint64_t key = 0;
+    for (int bit = 20; bit >= 0; bit--) {
+      for (int axis = 0; axis < 3; axis++) key = key << 1 | (cell[axis] >> bit & 1);
+    }
+    keys.emplace_back(key, face);
+  }
+  std::ranges::sort(keys);
+  std::vector<std::uint32_t> order;
+  for (const auto& [key, face] : keys) order.push_back(face);
+  return order;
+}
+
 dvec3 weights_of(const MeshPoint& point) { return {std::max(0.0, 1 - point.u - point.v), point.u, point.v}; }
 
 }  // namespace
@@ -170,14 +190,20 @@ struct ReferenceMesh::Properties {
   std::vector<glm::dmat3> tensors;
 };
 
-ReferenceMesh::ReferenceMesh(const Mesh& mesh) : mesh_(mesh), properties_(std::make_unique<Properties>()) {
-  for (std::size_t first = 0; first < mesh.face_count(); first += block_size) {
-    Box box{corners_of(mesh, first)[0], corners_of(mesh, first)[0]};
-    for (std::size_t face = first; face < std::min(first + block_size, mesh.face_count()); face++) {
+ReferenceMesh::ReferenceMesh(const Mesh& mesh)
+    : mesh_(mesh), order_(places_along_curve(mesh)), properties_(std::make_unique<Properties>()) {
+  for (std::size_t first = 0; first < order_.size(); first += block_size) {
+    Box box{dvec3(std::numeric_limits<double>::infinity()), dvec3(-std::numeric_limits<double>::infinity())};
+    for (const std::uint32_t face : block(blocks_.size())) {
       for (const dvec3& p : corners_of(mesh, face)) box = {glm::min(box.lower, p), glm::max(box.upper, p)};
     }
     blocks_.push_back(box);
   }
+}
+
+std::span<const std::uint32_t> ReferenceMesh::block(std::size_t number) const {
+  const std::size_t first = number * block_size;
+  return std::span(order_).subspan(first, std::min(block_size, order_.size() - first));
 }
 
 ReferenceMesh::~ReferenceMesh() = default;
@@ -185,13 +211,12 @@ ReferenceMesh::~ReferenceMesh() = default;
 std::vector<MeshHit> ReferenceMesh::hits(const ReferenceRay& ray, bool first_only) const {
   const Line line{ray.origin, ray.direction};
   std::vector<MeshHit> hits;
-  for (std::size_t block = 0; block < blocks_.size(); block++) {
-    if (surely_passes(line, blocks_[block].lower, blocks_[block].upper)) continue;
-    const std::size_t first = block * block_size;
-    for (std::size_t face = first; face < std::min(first + block_size, mesh_.face_count()); face++) {
+  for (std::size_t i = 0; i < blocks_.size(); i++) {
+    if (surely_passes(line, blocks_[i].lower, blocks_[i].upper)) continue;
+    for (const std::uint32_t face : block(i)) {
       const auto found = crossing(line, corners_of(mesh_, face));
       if (found && found->t >= ray.t_min && found->t <= ray.t_max)
-        hits.push_back({found->t, {std::uint32_t(face), found->u, found->v}});
+        hits.push_back({found->t, {face, found->u, found->v}});
     }
   }
   std::ranges::sort(hits,
@@ -238,24 +263,23 @@ SurfaceFrame ReferenceMesh::measure(const MeshPoint& point, bool of_face) const 
 
 NearestMeshPoint ReferenceMesh::nearest(const dvec3& point) const {
   NearestMeshPoint best{{}, std::numeric_limits<double>::infinity()};
-  for (std::size_t block = 0; block < blocks_.size(); block++) {
+  for (std::size_t i = 0; i < blocks_.size(); i++) {
     // A hair's breadth that rounding may have moved the box away by.
-    if (distance_to_box(point, blocks_[block].lower, blocks_[block].upper) * (1 - 0x1p-48) > best.distance) continue;
-    const std::size_t first = block * block_size;
-    for (std::size_t face = first; face < std::min(first + block_size, mesh_.face_count()); face++) {
+    if (distance_to_box(point, blocks_[i].lower, blocks_[i].upper) * (1 - 0x1p-48) > best.distance) continue;
+    for (const std::uint32_t face : block(i)) {
       const Corners p = corners_of(mesh_, face);
       const auto [u, v] = nearest_in_triangle(p, point);
-      const MeshPoint at{std::uint32_t(face), u, v};
+      const MeshPoint at{face, u, v};
       const double distance = glm::distance(location(at), point);
-      if (distance < best.distance) best = {at, distance};
+      if (distance < best.distance || (distance == best.distance && face < best.at.face)) best = {at, distance};
     }
   }
   return best;
 }
 
 std::size_t ReferenceMesh::bytes() const {
-  return mesh_.bytes() + blocks_.size() * sizeof(Box) + properties_->normals.size() * sizeof(dvec3) +
-         properties_->tensors.size() * sizeof(glm::dmat3);
+  return mesh_.bytes() + order_.size() * sizeof(std::uint32_t) + blocks_.size() * sizeof(Box) +
+         properties_->normals.size() * sizeof(dvec3) + properties_->tensors.size() * sizeof(glm::dmat3);
 }
 
 }  // namespace smurf

@@ -27,6 +27,7 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "reference/curvature.hpp"
@@ -80,10 +81,11 @@ class ReferenceMesh {
     glm::dvec3 lower, upper;
   };
   struct Properties;
-  const Properties& properties() const;
+  std::span<const std::uint32_t> block(std::size_t number) const;
 
   Mesh mesh_;
-  std::vector<Box> blocks_;  // of triangles that follow each other
+  std::vector<std::uint32_t> order_;  // of triangles: those that follow each other lie near each other
+  std::vector<Box> blocks_;           // around so many of them at a time
   std::unique_ptr<Properties> properties_;
 };
 

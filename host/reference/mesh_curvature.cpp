@@ -24,6 +24,9 @@ const glm::dmat3 unknown(dvec3(std::numeric_limits<double>::quiet_NaN()),
 
 std::size_t coefficients(int degree) { return std::size_t((degree + 1) * (degree + 2) / 2); }
 
+// A regular mesh's two rings have 19 points: more would smooth, fewer leave no choice.
+std::size_t wanted_points(int degree) { return coefficients(degree) * 6 / 5; }
+
 // Per vertex those that an edge leads to: at[first[v]] .. at[first[v + 1] - 1], in ascending order.
 struct Neighbours {
   std::vector<std::size_t> first;
@@ -48,10 +51,13 @@ struct Neighbours {
     std::partial_sum(first.begin(), first.end(), first.begin());
   }
 
-  // The vertex and whole rings about it, until there are at least `wanted`.
+  // The vertex and whole rings about it, two at least, until there are at least `wanted`.
   std::vector<uint32_t> rings(uint32_t vertex, std::size_t wanted) const {
     std::vector<uint32_t> found = {vertex}, sorted = found;
-    for (std::size_t begin = 0, end = 1; begin < end && found.size() < wanted; begin = end, end = found.size()) {
+    int ring_count = 0;
+    for (std::size_t begin = 0, end = 1; begin < end && (found.size() < wanted || ring_count < 2);
+         begin = end, end = found.size()) {
+      ring_count++;
       for (std::size_t i = begin; i < end; i++)
         found.insert(found.end(), at.begin() + std::ptrdiff_t(first[found[i]]),
                      at.begin() + std::ptrdiff_t(first[found[i] + 1]));
@@ -99,7 +105,8 @@ std::optional<Jet> fit(const std::vector<dvec3>& points, int degree) {
     }
     heights(row) = points[i].z;
   }
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> solver(powers);
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> solver(powers);
+  solver.setThreshold(1e-6);  // what coordinates in float, and points on a conic, can still tell apart
   if (solver.rank() < powers.cols()) return std::nullopt;
   const Eigen::VectorXd c = solver.solve(heights);
   return Jet{c(1), c(2), 2 * c(3), c(4), 2 * c(5)};
@@ -117,7 +124,7 @@ glm::dmat3 tensor_of(const Jet& jet, double scale, const TangentFrame& frame) {
 }
 
 glm::dmat3 jet_tensor(const Mesh& mesh, const Neighbours& neighbours, uint32_t vertex, const dvec3& normal) {
-  const std::vector<uint32_t> around = neighbours.rings(vertex, 2 * coefficients(greatest_degree));
+  const std::vector<uint32_t> around = neighbours.rings(vertex, wanted_points(greatest_degree));
   const dvec3 centre(mesh.vertices()[vertex]);
   double scale = 0;
   for (const uint32_t v : around) scale = std::max(scale, glm::distance(dvec3(mesh.vertices()[v]), centre));
@@ -129,7 +136,7 @@ glm::dmat3 jet_tensor(const Mesh& mesh, const Neighbours& neighbours, uint32_t v
   }
   // A lower degree where there are too few points, or where they leave a coefficient open.
   for (int degree = greatest_degree; degree >= 2; degree--) {
-    if (points.size() < (degree == 2 ? coefficients(2) : 2 * coefficients(degree))) continue;
+    if (points.size() < (degree == 2 ? coefficients(2) : wanted_points(degree))) continue;
     if (const auto jet = fit(points, degree)) return tensor_of(*jet, scale, frame);
   }
   return unknown;

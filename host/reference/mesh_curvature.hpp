@@ -18,8 +18,8 @@ std::vector<glm::dvec3> vertex_normals(const Mesh& mesh);
 
 // Per vertex the derivative of the unit normal along the surface: a symmetric tensor with the normal in its null space, by jets (Cazals,
 // Pouget 2005, "Estimating differential quantities using polynomial fitting of osculating jets"). A polynomial of degree 4 in the plane
-// of the vertex normal is fitted by least squares to the vertex and its rings of neighbours, as many as give twice as many
-// points as coefficients; where the mesh has fewer points than that, one of lower degree. Nothing of the triangles but who
+// of the vertex normal is fitted by least squares to the vertex and its rings of neighbours, two at least and as many as give
+// a fifth more points than coefficients; where the mesh has fewer points than that, one of lower degree. Nothing of the triangles but who
 // is a neighbour goes in. NaN at non-manifold vertices, where the normals cancel, and where there are too few points (below 6) or they
 // lie on a line.
 std::vector<glm::dmat3> jet_tensors(const Mesh& mesh);

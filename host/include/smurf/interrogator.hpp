@@ -32,7 +32,8 @@ std::string_view name_of(HitStatus status);
 enum class RayStatus : std::uint32_t { ok = 0, invalid = 1 };
 
 // Per point, as bits. `umbilic`: the principal curvatures agree to rounding, directions are arbitrary.
-// `boundary`: the point was clamped to the border of the surface (walking). `undefined`: no gradient, outside of the domain, or within reach of
+// `boundary`: the point was clamped to the border of the surface (walking), or its curvature comes from one side of it only (a triangle
+// at the border of a mesh). `undefined`: no gradient, outside of the domain, or within reach of
 // samples that are not finite; the values asked for are NaN. `crease`: a min, max or abs of the surface's expression turns from
 // one argument to the other within rounding of the point, and the gradient with it; normal and curvature are those of one side.
 enum PointStatus : std::uint32_t { regular = 0, umbilic = 1, boundary = 2, undefined = 4, crease = 8 };
