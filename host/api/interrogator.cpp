@@ -29,6 +29,8 @@ std::string_view name_of(HitStatus status) {
       return "tangent";
     case HitStatus::unresolved:
       return "unresolved";
+    case HitStatus::bracketed:
+      return "bracketed";
   }
   return "unknown";
 }

@@ -47,8 +47,7 @@ CompiledFunction::CompiledFunction(std::shared_ptr<const ImplicitFunction> f)
   bytes = (function->graph.size() + 2 * values + slopes) * sizeof(expression::Node) + points.bytes();
 }
 
-std::optional<FunctionOnRay> FunctionOnRay::clipped(const CompiledFunction& function, const ImplicitDomain& domain,
-                                                    double level, const ReferenceRay& ray) {
+std::optional<std::pair<double, double>> clipped_range(const ImplicitDomain& domain, const ReferenceRay& ray) {
   double from = ray.t_min, to = ray.t_max;
   for (int a = 0; a < 3; a++) {
     const double slack = domain_slack * (domain.upper[a] - domain.lower[a]);
@@ -63,7 +62,14 @@ std::optional<FunctionOnRay> FunctionOnRay::clipped(const CompiledFunction& func
   }
   if (!(from <= to) || !std::isfinite(from) || !std::isfinite(to)) return {};
   if (domain.radius > 0 && !clip_to_ball(domain.radius * (1 + domain_slack), ray, from, to)) return {};
+  return std::pair(from, to);
+}
 
+std::optional<FunctionOnRay> FunctionOnRay::clipped(const CompiledFunction& function, const ImplicitDomain& domain,
+                                                    double level, const ReferenceRay& ray) {
+  const auto range = clipped_range(domain, ray);
+  if (!range) return {};
+  const auto [from, to] = *range;
   FunctionOnRay line(function, level);
   line.t_entry_ = from;
   line.length_ = to - from;

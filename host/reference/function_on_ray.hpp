@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "expression/evaluate.hpp"
@@ -29,6 +30,9 @@ struct CompiledFunction {
 
   explicit CompiledFunction(std::shared_ptr<const ImplicitFunction> f);
 };
+
+// The range of t that the domain leaves of a ray; nothing when it misses the domain.
+std::optional<std::pair<double, double>> clipped_range(const ImplicitDomain& domain, const ReferenceRay& ray);
 
 // f - level along the part of a ray that is in the domain: u from 0 to 1.
 class FunctionOnRay {

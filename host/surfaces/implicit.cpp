@@ -244,16 +244,7 @@ std::shared_ptr<const ImplicitFunction> differentiated(Graph graph, NodeId value
   return std::make_shared<const ImplicitFunction>(std::move(function));
 }
 
-ImplicitSurface::ImplicitSurface(std::string kind, std::string the_text,
-                                 std::shared_ptr<const ImplicitFunction> the_function, double the_level, Side the_side,
-                                 const ImplicitDomain& the_domain)
-    : text(std::move(the_text)),
-      function(std::move(the_function)),
-      level(the_level),
-      side(the_side),
-      domain(the_domain),
-      kind_(std::move(kind)) {
-  if (!std::isfinite(level)) throw Error(ErrorCode::input, fmt::format("the isovalue must be finite, not {}", level));
+const ImplicitDomain& require_domain(const ImplicitDomain& domain) {
   const glm::dvec3 &lower = domain.lower, &upper = domain.upper;
   if (!finite(lower) || !finite(upper) || glm::any(glm::greaterThan(lower, upper))) {
     throw Error(ErrorCode::input,
@@ -263,6 +254,19 @@ ImplicitSurface::ImplicitSurface(std::string kind, std::string the_text,
   }
   if (!(domain.radius >= 0) || !std::isfinite(domain.radius))
     throw Error(ErrorCode::input, fmt::format("the radius of the domain must be positive, not {}", domain.radius));
+  return domain;
+}
+
+ImplicitSurface::ImplicitSurface(std::string kind, std::string the_text,
+                                 std::shared_ptr<const ImplicitFunction> the_function, double the_level, Side the_side,
+                                 const ImplicitDomain& the_domain)
+    : text(std::move(the_text)),
+      function(std::move(the_function)),
+      level(the_level),
+      side(the_side),
+      domain(require_domain(the_domain)),
+      kind_(std::move(kind)) {
+  if (!std::isfinite(level)) throw Error(ErrorCode::input, fmt::format("the isovalue must be finite, not {}", level));
 }
 
 std::uint32_t ImplicitSurface::properties() const {

@@ -32,6 +32,9 @@ struct ImplicitDomain {
   bool operator==(const ImplicitDomain&) const = default;
 };
 
+// The domain, if it is a box of finite corners and its radius is none or positive; throws Error (input) otherwise.
+const ImplicitDomain& require_domain(const ImplicitDomain& domain);
+
 class ImplicitSurface : public SurfaceModel {
  public:
   enum class Side { out_of_smaller = 1, out_of_greater = -1 };  // where normals come from, as the sign of ∇f in them

@@ -8,6 +8,8 @@
 
 #include "expression/files.hpp"
 #include "expression/parser.hpp"
+#include "io/text_file.hpp"
+#include "smurf/black_box.hpp"
 #include "smurf/error.hpp"
 #include "smurf/surface.hpp"
 #include "surfaces/description.hpp"
@@ -122,7 +124,47 @@ Surface load_implicit(const std::filesystem::path& file, const std::optional<Dom
       differentiated(std::move(read.graph), read.root), 0, ImplicitSurface::Side::out_of_smaller, domain_of(where)));
 }
 
+namespace {
+
+// A black box: "source" is a file of device code; "equation", if there is one, is the same function for the reference.
+std::shared_ptr<const SurfaceModel> read_black_box(const json& root, const std::filesystem::path& folder) {
+  description::only_members(root, "",
+                            {"kind", "source", "equation", "parameters", "domain", "radius", "level", "step",
+                             "lipschitz", "difference_order", "difference_step"});
+  BlackBox function;
+  function.name = description::text_member(root, "", "source");
+  function.source = named("", "source", [&] { return read_file(folder / function.name); });
+  const Domain domain = required_domain(root, "");
+  if (root.contains("equation")) {
+    const std::string equation = description::text_member(root, "", "equation");
+    const Parameters parameters = read_parameters(root, "");
+    const Surface same = named("", "equation", [&] { return implicit(equation, domain, parameters); });
+    function.value = same.model().analytic_field()->value;
+    // The field's normals point to smaller values.
+    function.value = [value = std::move(function.value)](const glm::dvec3& point) { return -value(point); };
+  } else if (root.contains("parameters")) {
+    throw Error(ErrorCode::input, "member \"parameters\" belongs to an \"equation\", which is missing");
+  }
+  BlackBoxOptions options;
+  const auto read = [&](const char* name, double& number) {
+    if (root.contains(name)) number = description::number_member(root, "", name);
+  };
+  double order = options.difference_order;
+  read("level", options.level);
+  read("step", options.step);
+  read("lipschitz", options.lipschitz);
+  read("difference_order", order);
+  read("difference_step", options.difference_step);
+  if (order != 2 && order != 4 && order != 6)
+    throw Error(ErrorCode::input, fmt::format("member \"difference_order\" must be 2, 4 or 6, not {}", order));
+  options.difference_order = int(order);
+  return implicit(function, domain, options).share();
+}
+
+}  // namespace
+
 std::shared_ptr<const SurfaceModel> read_implicit(const json& root, const std::filesystem::path& folder) {
+  if (root.contains("source")) return read_black_box(root, folder);
   description::only_members(root, "", {"kind", "equation", "file", "domain", "radius", "parameters"});
   if (root.contains("file")) {
     if (root.contains("equation"))

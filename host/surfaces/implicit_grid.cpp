@@ -34,10 +34,10 @@ std::array<std::uint32_t, IMPLICIT_PARAMETER_WORDS> parameter_words(const Implic
     put_real(GRID_ORIGIN_HIGH + axis, grid.origin[axis]);
     put_real(GRID_ORIGIN_LOW + axis, grid.origin[axis] - double(float(grid.origin[axis])));
     put_real(GRID_MATRIX_HIGH + 4 * axis, 1 / grid.size);
-    put_real(IMPLICIT_LOWER + axis, surface.domain.lower[axis]);
-    put_real(IMPLICIT_UPPER + axis, surface.domain.upper[axis]);
+    put_real(IMPLICIT_DOMAIN + axis, surface.domain.lower[axis]);
+    put_real(IMPLICIT_DOMAIN + 3 + axis, surface.domain.upper[axis]);
   }
-  put_real(IMPLICIT_RADIUS, surface.domain.radius);
+  put_real(IMPLICIT_DOMAIN + 6, surface.domain.radius);
   put_real(IMPLICIT_LEVEL, surface.level);
   put_real(IMPLICIT_SIDE, int(surface.side));
   put_real(IMPLICIT_CELL, grid.size);

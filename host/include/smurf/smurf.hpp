@@ -1,6 +1,7 @@
 // smurf: batched ray, normal and curvature queries on surfaces. The whole public API.
 #pragma once
 
+#include "smurf/black_box.hpp"
 #include "smurf/camera.hpp"
 #include "smurf/compare.hpp"
 #include "smurf/device.hpp"
