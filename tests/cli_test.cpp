@@ -283,6 +283,25 @@ TEST_P(CliOnDevice, ProbeTellsCreases) {
   EXPECT_NE(text_of(file("out.vtp")).find("NumberOfPoints=\"3\""), std::string::npos);
 }
 
+TEST_P(CliOnDevice, CastsAUsersOwnSource) {
+  write("own.inc", "FN real black_box(real x, real y, real z) { return x * x + y * y + z * z - 0.64f; }\n");
+  const std::string rest = R"("equation": "x^2+y^2+z^2-0.64", "domain": [[-1.5, -1.5, -1.5], [1.5, 1.5, 1.5]]})";
+  write("own.json", R"({"kind": "implicit", "source": "own.inc", )" + rest);
+  const Outcome outcome = run("cast " + in("own.json") + " --rays " + in("rays.csv") +
+                              " --hits all --properties normal,mean" + on_device() + "-o " + in("hits.csv"));
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const Csv hits(file("hits.csv"));
+  ASSERT_EQ(hits.rows.size(), 4u);
+  for (std::size_t i = 0; i < 4; i++) EXPECT_EQ(hits.text(i, "status"), "bracketed");
+  EXPECT_NEAR(hits.number(0, "t"), 2.2f, 1e-5f);
+  EXPECT_NEAR(hits.number(1, "t"), 3.8f, 1e-5f);
+  EXPECT_NEAR(hits.number(0, "ny"), -1.0f, 1e-5f);
+  EXPECT_NEAR(hits.number(0, "mean"), 1.25f, 1e-3f);
+  const Outcome info = run("info " + in("own.json"));
+  EXPECT_NE(info.out.find("black box"), std::string::npos) << info.out;
+  EXPECT_NE(info.out.find("roots between samples may be missed"), std::string::npos) << info.out;
+}
+
 TEST_P(CliOnDevice, WritesVtp) {
   const Outcome outcome = run("cast " + in("ball.json") + " --rays " + in("rays.csv") + " --properties normal" +
                               on_device() + "-o " + in("hits.vtp"));

@@ -52,6 +52,19 @@ inline constexpr std::array tolerance_table{
         "the gradient is tiny where 32 units of rounding in second differences of the samples, divided by it, exceed "
         "the promised 1e-3 of curvature"},
     Tolerance{Quantity::flagged_rays, "isosurface", Precision::float32, 1e-4, "the promise of the library"},
+    Tolerance{Quantity::normal, "black box, order 2", Precision::float32, 1e-4,
+              "first differences with the step that balances: 2^(-24p/(p+1)) = 1.5e-5 of the function over an eighth "
+              "of the diagonal, from rounding and about as much again from truncation"},
+    Tolerance{Quantity::normal, "black box, order 4", Precision::float32, 2e-5,
+              "as order 2, 1.7e-6; the stencil on a grid of 2^-22 of the coordinates adds as much"},
+    Tolerance{Quantity::normal, "black box, order 6", Precision::float32, 2e-5, "as order 4"},
+    Tolerance{Quantity::curvature, "black box, order 2", Precision::float32, 2e-3,
+              "of the tube: second differences with the step that balances, 2^(-24p/(p+2)) = 2.4e-4 of the function "
+              "over the square of an eighth of the diagonal, from rounding (4 units) and from truncation"},
+    Tolerance{Quantity::curvature, "black box, order 4", Precision::float32, 2e-4,
+              "as order 2, 1.5e-5 from rounding (16/3 units), and truncation"},
+    Tolerance{Quantity::curvature, "black box, order 6", Precision::float32, 3e-4,
+              "as order 4, 3.8e-6 from rounding; the stencil is as wide as half of the tube, truncation counts"},
 };
 
 constexpr Tolerance tolerance(Quantity quantity, std::string_view kind, Precision precision = Precision::float32) {

@@ -1,21 +1,19 @@
 // Surfaces of functions that no expression can say: a user's own device source, known by its values alone.
 //
-//   smurf::BlackBox bulb;
-//   bulb.source = R"(
-//     FN real black_box(real x, real y, real z) {             // a Mandelbulb's distance, power 2
-//       real3 p = make3(x, y, z);
-//       real3 w = p;
-//       real slope = splat(1.0f);
-//       for (int i = 0; i < 6; i++) {
-//         real r = square_root(dot3(w, w));
-//         mask inside = r < 2.0f;                             // lanes that have left stay where they are
-//         ...
-//         w = select3(inside, next, w);
+//   smurf::BlackBox balls;
+//   balls.source = R"(
+//     FN real black_box(real x, real y, real z) {      // the distance from five balls in a row
+//       real least = splat(9.0f);
+//       for (int i = 0; i < 5; i++) {
+//         real3 p = make3(x - (0.6f * i - 1.2f), y, z);
+//         least = lesser(least, square_root(dot3(p, p)) - 0.25f);
 //       }
-//       return ...;
+//       return least;
 //     })";
-//   bulb.value = [](const glm::dvec3& p) { return ...; };     // the same in double, for the reference
-//   auto surface = smurf::implicit(bulb, {.lower = glm::dvec3(-1.2), .upper = glm::dvec3(1.2)}, {.lipschitz = 1});
+//   balls.value = [](const glm::dvec3& p) { ... };    // the same in double, for the reference
+//   auto surface = smurf::implicit(balls, {.lower = glm::dvec3(-2), .upper = glm::dvec3(2)}, {.lipschitz = 1});
+//
+// In loops that lanes leave one by one the others go on, and what has left is kept by selects: host/data/julia.inc is an example.
 //
 // The source is one text for OpenCL C and GLSL, in which a number is a lane of several: `real`, `integer` and `mask` (what comparisons give);
 // + - * /, comparisons, && || ! and m ? a : b work lane by lane. Not by lanes, and as usual: int, float and loops and conditions over them.
