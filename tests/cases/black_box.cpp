@@ -235,6 +235,23 @@ TEST(BlackBox, PairsBetweenSamples) {
   }
 }
 
+// A bound on the gradient is believed: where it is wrong, what it says cannot be is stepped over.
+TEST(BlackBox, StepsAreAsLongAsTheBoundAllows) {
+  const std::string dent = source_of("lesser(splat(1.0f), 100.0f * absolute(x - 0.3f) - 1.0f)");
+  RayBatch rays(16);
+  for (std::size_t i = 0; i < rays.size(); i++)
+    rays.set(i, {glm::vec3(-2 - 0.0137f * float(i), 0.3f, 0.2f), glm::vec3(1 + float(i), 0, 0)});
+  for (TestDevice& device : test_devices()) {
+    const auto count = [&](double lipschitz) {
+      const Surface surface = implicit(BlackBox{dent, {}}, cube(1), {.lipschitz = lipschitz});
+      return Interrogator(device.device, surface).cast(rays, {.hits = Hits::all}).size();
+    };
+    EXPECT_EQ(count(0), 2 * rays.size()) << device.label;
+    EXPECT_EQ(count(100), 2 * rays.size()) << device.label;
+    EXPECT_EQ(count(1), 0u) << device.label;
+  }
+}
+
 TEST(BlackBox, NoHitWhereThereIsNoRoot) {
   struct Case {
     std::string name, source;
@@ -396,6 +413,25 @@ void refused(ErrorCode code, const std::string& fragment, const Work& work) {
     EXPECT_NE(std::string(error.what()).find(fragment), std::string::npos) << error.what();
     EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
   }
+}
+
+TEST(BlackBox, TheBundledExample) {
+  const Surface julia = load_surface(std::filesystem::path(SMURF_SOURCE_DIR) / "host/data/julia.json");
+  const RayBatch rays = chords(1.3, 300, 5);
+  std::vector<std::size_t> counts;
+  for (TestDevice& device : test_devices()) {
+    const Interrogator query(device.device, julia);
+    const HitList hits = query.cast(rays, {.hits = Hits::all, .properties = shape | Property::value});
+    const PointProperties& found = hits.properties(shape | Property::value);
+    counts.push_back(hits.size());
+    for (std::size_t i = 0; i < hits.size(); i++) {
+      // The estimate's slope is at most about 1, and a location is rounded.
+      EXPECT_NEAR(found.value[i], 0.01, 2e-5) << device.label;
+      EXPECT_NEAR(glm::length(found.normal[i]), 1, 1e-5) << device.label;
+    }
+  }
+  EXPECT_GT(counts.at(0), rays.size() / 4);
+  for (const std::size_t count : counts) EXPECT_NEAR(double(count), double(counts[0]), 2);
 }
 
 TEST(BlackBox, Descriptions) {
