@@ -2,7 +2,8 @@
 // intervals with and without their slope along a ray, floats with a bound on their rounding, with their slope along a ray, and as such. The domain is cut into cells; of
 // those that can hold a root the device keeps a Taylor model.
 //
-// Device memory: 64 bytes for each active cell, and 1.3 bytes for each cell (active_cells.hpp).
+// Device memory: 64 bytes for each active cell (128 where the function is made of minima or maxima in the end), and 1.3 bytes for each
+// cell (active_cells.hpp).
 #include "surfaces/implicit.hpp"
 
 #include <fmt/args.h>
@@ -12,6 +13,8 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <map>
+#include <set>
 #include <span>
 #include <vector>
 
@@ -90,6 +93,7 @@ class Creases {
       differences_.clear();
       places_.clear();
     }
+    find_sides(graph, value);
     for (std::size_t i = 0, count = differences_.size(); i < count; i++) {
       for (int axis = 0; axis < 3; axis++) slopes_.push_back(expression::derivative(graph, differences_[i], axis));
     }
@@ -105,30 +109,79 @@ class Creases {
     }
     return all;
   }
+  // What the function is of its two sides at each crease: the greater (1), the lesser (-1), or neither (0).
+  const std::vector<int>& sides() const { return sides_; }
   // The sign of the difference that an operation turns on, as text; empty if it turns on none.
   std::string decision(const expression::Node& node) const {
-    const auto find = [&](NodeId a, NodeId b, std::string_view sign) {
+    const auto [place, sign] = turning(node);
+    return sign == 0 ? std::string() : fmt::format("{}by.at[{}]", sign < 0 ? "-" : "", place);
+  }
+
+ private:
+  // The difference that an operation turns on, and 1, -1 for its negative, or 0 if it turns on none.
+  std::pair<std::size_t, int> turning(const expression::Node& node) const {
+    const auto find = [&](NodeId a, NodeId b, int sign) {
       const auto found = places_.find({a, b});
-      return found == places_.end() ? std::string() : fmt::format("{}by.at[{}]", sign, found->second);
+      return found == places_.end() ? std::pair(std::size_t(0), 0) : std::pair(found->second, sign);
     };
     const NodeId a = node.arguments[0], b = node.arguments[1];
     switch (node.op) {
       case Op::absolute:
       case Op::sign:
-        return find(a, none, "");
+        return find(a, none, 1);
       case Op::minimum:
       case Op::maximum:
       case Op::choose: {
-        if (a == zero_ && places_.contains({b, none})) return find(b, none, "-");  // the slope of |b|
-        const std::string forward = find(a, b, "");
-        return forward.empty() ? find(b, a, "-") : forward;
+        if (a == zero_ && places_.contains({b, none})) return find(b, none, -1);  // the slope of |b|
+        const auto forward = find(a, b, 1);
+        return forward.second == 0 ? find(b, a, -1) : forward;
       }
       default:
-        return {};
+        return {0, 0};
     }
   }
 
- private:
+  // Where a function does not fall when a maximum in it rises, it is the maximum of what it is with either argument in its place; so for
+  // minima, and for |a|, the maximum of a and -a. Several maxima that turn on one difference turn together.
+  void find_sides(const Graph& graph, NodeId value) {
+    const auto rises_with = [&](const expression::Node& node, int argument) {
+      switch (node.op) {
+        case Op::minimum:
+        case Op::maximum:
+          return true;
+        case Op::add:
+          return graph.is_constant(node.arguments[std::size_t(1 - argument)]);
+        case Op::subtract:
+          return argument == 0 && graph.is_constant(node.arguments[1]);
+        default:
+          return false;
+      }
+    };
+    const std::vector<NodeId> roots{value};
+    const std::vector<NodeId> nodes = expression::reachable(graph, roots);
+    std::set<NodeId> otherwise;  // of what the function is no rising function
+    constexpr int unseen = 2;
+    sides_.assign(differences_.size(), unseen);
+    for (auto id = nodes.rbegin(); id != nodes.rend(); ++id) {
+      const expression::Node& node = graph[*id];
+      const bool rising = !otherwise.contains(*id);
+      for (int i = 0; i < expression::arity(node.op); i++) {
+        if (!rising || !rises_with(node, i)) otherwise.insert(node.arguments[std::size_t(i)]);
+      }
+      const auto [place, sign] = turning(node);
+      if (sign == 0) continue;
+      int side = 0;
+      if (rising && node.op == Op::minimum) side = -1;
+      if (rising && (node.op == Op::maximum || node.op == Op::absolute)) side = 1;
+      sides_[place] = sides_[place] == unseen || sides_[place] == side ? side : 0;
+    }
+    for (int& side : sides_) side = side == unseen ? 0 : side;
+    // Of two differences that are each other's negative it is not certain which one a derivative turns on.
+    for (const auto& [pair, place] : places_) {
+      if (places_.contains({pair.second, pair.first})) sides_[place] = 0;
+    }
+  }
+
   static constexpr NodeId none = std::numeric_limits<NodeId>::max();
   static constexpr std::size_t most = 16;
 
@@ -139,6 +192,7 @@ class Creases {
 
   const NodeId zero_;
   std::vector<NodeId> differences_, slopes_;
+  std::vector<int> sides_;
   std::map<std::pair<NodeId, NodeId>, std::size_t> places_;
 };
 
@@ -153,6 +207,10 @@ std::string box_source(const Graph& graph, const ImplicitFunction& function, con
                           "  mask nowhere = mask_none();\n",
                           "  Reach reach;\n  reach.field = {0};\n  reach.nowhere = nowhere;\n  return reach;\n");
   text += "#include \"interval_smooth.inc\"\n";
+  text += "FN float crease_sides(int crease) {\n  float sides = 0.0f;\n";
+  for (std::size_t i = 0; i < creases.count(); i++)
+    text += fmt::format("  if (crease == {}) sides = {}.0f;\n", i, creases.sides()[i]);
+  text += "  return sides;\n}\n";
   std::string assignments = "  Differences differences;\n  differences.smooth_here = smooth_here;\n";
   if (creases.count() == 0)
     assignments += "  UNROLL for (int i = 0; i < 4; i++) differences.at[i] = interval_whole(mask_none());\n";
@@ -184,6 +242,7 @@ class ResidentImplicit final : public ResidentSurface {
     const Creases creases(with_differences, function_->value);
     modules_["box"] = box_source(with_differences, *function_, creases);
     defines_["CREASES"] = fmt::format("{}", creases.count());
+    defines_["SIDES"] = std::ranges::any_of(creases.sides(), [](int side) { return side != 0; }) ? "2" : "1";
     modules_["cells"] = embedded_core("implicit_cells.inc");
     modules_["models"] = modules_["cells"];
     // Whether derivatives have sides (rounded.inc).

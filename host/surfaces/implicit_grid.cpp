@@ -52,7 +52,8 @@ ImplicitCells::ImplicitCells(Executor& executor, const CellGrid& grid, const Act
       defines_(defines),
       parameters_(parameters),
       active_(executor, grid.cells, modules, defines, parameters, parameters, parameters),
-      blocks_(executor, active_.block_count(), "blocks of cells") {}
+      blocks_(executor, active_.block_count(), "blocks of cells"),
+      model_words_(defines.at("SIDES") == "2" ? 2 * MODEL_WORDS : MODEL_WORDS) {}
 
 namespace {
 
@@ -88,8 +89,8 @@ void ImplicitCells::make(std::vector<glm::uvec2> bits, std::span<const std::uint
   write_blocks(bits, tape_places);
   const std::vector<std::uint32_t> active = listed(bits);
   // Lanes without a ray read what comes after the last.
-  models_ = TypedBuffer<float>(executor_, (active.size() + 1) * MODEL_WORDS, "Taylor models");
-  models_.write(std::vector<float>(MODEL_WORDS, 0.0f), active.size() * MODEL_WORDS);
+  models_ = TypedBuffer<float>(executor_, (active.size() + 1) * model_words_, "Taylor models");
+  models_.write(std::vector<float>(model_words_, 0.0f), active.size() * model_words_);
   if (!active.empty()) run(active, tape_words, *models_.get(), false);
 }
 

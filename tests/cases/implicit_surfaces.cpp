@@ -178,6 +178,21 @@ TEST(ImplicitSurfaces, CutsAndRoots) {
   run("cut", implicit("max(sqrt(x^2+y^2+z^2)-1.5, -(abs(x)+abs(y)+abs(z)-1.7))", box(2)), 3000, false);
 }
 
+// Cells that a crease crosses have a model of each side where the function is the greater or the lesser of both, and none elsewhere.
+TEST(ImplicitSurfaces, MinimaAndMaxima) {
+  const char* gyroid = "max(sin(6*x)*cos(6*y)+sin(6*y)*cos(6*z)+sin(6*z)*cos(6*x), x^2+y^2+z^2-1)";
+  run("gyroid in a sphere", implicit(gyroid, box(1.1)), 1000, false);
+  const char* nested = "min(max(max(x^2+y^2+z^2-1, 0.1*sin(9*x)-z), 0.3-sqrt(x^2+y^2)), (x-0.8)^2+y^2+z^2-0.2) - 0.05";
+  run("minimum of maxima", implicit(nested, box(1.5)), 1000, false);
+  run("shell", implicit("abs(x^2+y^2+z^2-1)-0.1", box(1.5)), 500, false);
+  run("edges of a cube", implicit("max(max(abs(x), abs(y)), abs(z))-1", box(1.25)), 500, false);
+  // Here it falls with what the maximum is of, takes its square, and turns on one difference in two ways.
+  run("falling", implicit("1.5-max(x^2+y^2, abs(z)+0.5*x)", box(1.5)), 500, false);
+  run("squared", implicit("(max(x, y)-0.2)^2+z^2-0.5", box(1.5)), 500, false);
+  run("both ways", implicit("max(x^2, y)-2*min(x^2, y)+z", box(1.5)), 500, false);
+  run("turned around", implicit("max(max(x^2, y)-0.5, 0.3*min(y, x^2)+z)", box(1.5)), 500, false);
+}
+
 TEST(ImplicitSurfaces, IsosurfacesOfExpressions) {
   const Surface surface = isosurface("exp(-(x^2+y^2+2*z^2))+0.5*exp(-((x-1)^2+y^2+z^2))", 0.3, box(2.5));
   EXPECT_EQ(surface.kind(), "isosurface");
