@@ -93,7 +93,7 @@ class Layout {
         for (std::uint32_t i = 0; i < MESH_WIDTH; i++) {
           const BuildNode* child = i < node->count ? node->children[i] : nullptr;
           std::uint32_t word = 0;
-          if (child && child->leaf) word = std::uint32_t(-1 - std::int32_t(add_block(*child)));
+          if (child && child->leaf) word = std::uint32_t(-1 - std::int32_t(add_leaf(*child)));
           if (child && !child->leaf) {
             word = std::uint32_t(begun++);
             next.push_back(child);
@@ -106,7 +106,7 @@ class Layout {
     result_.stack = deepest(root.leaf ? above : root);
     // Lanes read whole vectors.
     result_.nodes.resize(result_.nodes.size() + 16);
-    result_.blocks.resize(result_.blocks.size() + 16);
+    result_.triangles.resize(result_.triangles.size() + 16);
     return std::move(result_);
   }
 
@@ -127,23 +127,21 @@ class Layout {
     result_.nodes[at + MESH_CHILDREN + i] = word;
   }
 
-  std::uint32_t add_block(const BuildNode& leaf) {
-    const std::size_t at = result_.blocks.size();
-    result_.blocks.resize(at + MESH_BLOCK_WORDS);
+  std::uint32_t add_leaf(const BuildNode& leaf) {
+    const std::size_t at = result_.triangles.size();
+    result_.triangles.resize(at + MESH_TRIANGLE_WORDS * leaf.count);
     // By number, so that what is found does not depend on how the hierarchy was built.
     std::vector<std::uint32_t> faces(leaf.triangles.data(), leaf.triangles.data() + leaf.count);
     std::ranges::sort(faces);
-    for (std::uint32_t i = 0; i < MESH_WIDTH; i++) {
-      if (i < leaf.count) {
-        const glm::uvec3 corners = mesh_.faces()[faces[i]];
-        for (std::uint32_t corner = 0; corner < 3; corner++)
-          for (std::uint32_t axis = 0; axis < 3; axis++)
-            result_.blocks[at + (3 * corner + axis) * MESH_WIDTH + i] =
-                std::bit_cast<std::uint32_t>(mesh_.vertices()[corners[int(corner)]][int(axis)]);
+    for (std::uint32_t i = 0; i < leaf.count; i++) {
+      const glm::uvec3 corners = mesh_.faces()[faces[i]];
+      for (std::uint32_t row = 0; row < MESH_FACE_ROW; row++) {
+        const float coordinate = mesh_.vertices()[corners[int(row / 3)]][int(row % 3)];
+        result_.triangles[at + row * leaf.count + i] = std::bit_cast<std::uint32_t>(coordinate);
       }
-      result_.blocks[at + MESH_FACES + i] = i < leaf.count ? faces[i] : ~0u;
+      result_.triangles[at + MESH_FACE_ROW * leaf.count + i] = faces[i];
     }
-    return std::uint32_t(at / MESH_BLOCK_WORDS) * MESH_BLOCK_CODE + leaf.count;
+    return std::uint32_t(at / MESH_TRIANGLE_WORDS) * MESH_LEAF_CODE + leaf.count;
   }
 
   const Mesh& mesh_;
@@ -153,11 +151,11 @@ class Layout {
 
 unsigned most_triangles() {
   const char* s = std::getenv("XLEAF");
-  return s ? unsigned(std::atoi(s)) : 4;
+  return s ? unsigned(std::atoi(s)) : 8;
 }
 float triangle_cost() {
   const char* s = std::getenv("XCOST");
-  return s ? float(std::atof(s)) : 1.0f;
+  return s ? float(std::atof(s)) : 0.1f;
 }
 
 float largest(const glm::vec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
@@ -165,7 +163,7 @@ float largest(const glm::vec3& v) { return std::max({std::abs(v.x), std::abs(v.y
 }  // namespace
 
 MeshHierarchy build_hierarchy(const Mesh& mesh, const std::function<void(double)>& progress) {
-  constexpr std::size_t most = (std::size_t(1) << 31) / MESH_BLOCK_WORDS;
+  constexpr std::size_t most = (std::size_t(1) << 31) / MESH_LEAF_CODE;
   if (mesh.face_count() > most)
     throw Error(ErrorCode::memory,
                 fmt::format("the mesh has {} triangles; kernels can number {}", mesh.face_count(), most));
