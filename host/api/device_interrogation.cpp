@@ -263,12 +263,29 @@ class DeviceInterrogation final : public Interrogation {
   void require_whole(const std::vector<BlockSum>& blocks, const Tile& tile) const {
     for (const BlockSum& block : blocks) {
       if (block.cut < 0) continue;
-      throw Error(
-          ErrorCode::device,
-          fmt::format("the driver ended the loop of a kernel while ray {} was on its way (llvmpipe does so after "
-                      "65,535 steps of a ray and its neighbours); use another device, or the reference",
-                      tile.first + std::size_t(block.cut)));
+      throw cut(tile.first + std::size_t(block.cut));
     }
+  }
+
+  // The same of rows, which only long ones can suffer.
+  void require_rows(const std::vector<BlockSum>& blocks, const Tile& tile) {
+    constexpr int long_row = 64;
+    if (std::ranges::none_of(blocks, [](const BlockSum& block) { return block.most > long_row; })) return;
+    std::vector<std::uint32_t> ends(blocks.size());
+    starts_.read(ends);
+    std::uint32_t end = 0;
+    for (std::size_t i = 0; i < blocks.size(); i++) {
+      end += std::uint32_t(blocks[i].hits);
+      if (ends[i] != end) throw cut(tile.first + i * rays_in_block);
+    }
+  }
+
+  static Error cut(std::size_t ray) {
+    return Error(
+        ErrorCode::device,
+        fmt::format("the driver ended the loop of a kernel while ray {} was on its way (llvmpipe does so after "
+                    "65,535 steps of a ray and its neighbours); use another device, or the reference",
+                    ray));
   }
 
   void refuse_invalid(const RayBatch& rays, const std::vector<BlockSum>& blocks, const Tile& tile) const {
@@ -324,6 +341,7 @@ class DeviceInterrogation final : public Interrogation {
                                  .capacity = capacity,
                                  .block = rays_in_block},
            starts.size());
+    require_rows(blocks, tile);
     rays.finish();
     t.finish();
     uncertainty.finish();

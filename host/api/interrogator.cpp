@@ -12,7 +12,8 @@ namespace smurf {
 namespace {
 
 constexpr std::uint32_t all_properties = Property::value | Property::normal | Property::gauss | Property::mean |
-                                         Property::principal | Property::directions | Property::normal_curvature;
+                                         Property::principal | Property::directions | Property::normal_curvature |
+                                         Property::parameters;
 
 void require_answerable(std::uint32_t wanted) {
   if ((wanted & ~all_properties) != 0)
@@ -76,6 +77,10 @@ std::size_t Interrogator::device_bytes() const { return interrogation_->device_b
 
 const PointProperties& HitList::properties(std::uint32_t wanted) const {
   require_answerable(wanted);
+  const auto coordinates = std::uint32_t(Property::parameters);  // here already
+  if ((wanted & coordinates) != 0 && properties_.coordinates.size() != coordinates_.size())
+    properties_.coordinates = Values<SurfaceCoordinates>(coordinates_);
+  if (wanted == coordinates) return properties_;
   const std::uint32_t missing = wanted & ~properties_.measured;
   if (missing != 0 || properties_.status.size() != size()) {
     interrogation_->measure({locations_, coordinates_, {}}, missing, {}, properties_);

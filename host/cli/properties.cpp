@@ -19,17 +19,19 @@ struct NamedProperty {
 };
 
 constexpr NamedProperty named_properties[] = {
-    {"value", Property::value}, {"normal", Property::normal},       {"gauss", Property::gauss},
-    {"mean", Property::mean},   {"principal", Property::principal}, {"directions", Property::directions},
+    {"value", Property::value},           {"normal", Property::normal},
+    {"gauss", Property::gauss},           {"mean", Property::mean},
+    {"principal", Property::principal},   {"directions", Property::directions},
+    {"parameters", Property::parameters},
 };
 
-[[noreturn]] void throw_unknown(std::string_view name, const Surface& surface) {
-  if (name == "parameters") {
-    throw Error(
-        ErrorCode::usage,
-        fmt::format("property \"parameters\" is not valid for the kind \"{}\", which has no surface coordinates",
-                    surface.kind()));
-  }
+std::string_view reason(Property property) {
+  if (property == Property::parameters) return ", which has no surface coordinates";
+  if (property == Property::value) return ", which is no level set of a field";
+  return "";
+}
+
+[[noreturn]] void throw_unknown(std::string_view name) {
   if (name == "normal_curvature" || name == "normal-curvature") {
     throw Error(
         ErrorCode::usage,
@@ -47,12 +49,12 @@ Property property_named(std::string_view name, const Surface& surface) {
   for (const NamedProperty& candidate : named_properties) {
     if (candidate.name != name) continue;
     if (!contains(surface.model().properties(), candidate.property)) {
-      throw Error(ErrorCode::usage,
-                  fmt::format("property \"{}\" is not valid for the kind \"{}\"", name, surface.kind()));
+      throw Error(ErrorCode::usage, fmt::format("property \"{}\" is not valid for the kind \"{}\"{}", name,
+                                                surface.kind(), reason(candidate.property)));
     }
     return candidate.property;
   }
-  throw_unknown(name, surface);
+  throw_unknown(name);
 }
 
 }  // namespace
@@ -99,6 +101,9 @@ void add_properties(Table& table, const std::vector<Property>& properties, const
         break;
       case Property::normal_curvature:
         table.add("normal_curvature", values.normal_curvature);
+        break;
+      case Property::parameters:
+        table.add(values.coordinates);
         break;
     }
   }

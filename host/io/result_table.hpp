@@ -20,6 +20,8 @@
 #include <variant>
 #include <vector>
 
+#include "smurf/interrogator.hpp"
+
 namespace smurf {
 
 // Every stride-th element of an array.
@@ -44,6 +46,7 @@ class Table {
   void add(std::string_view name, std::span<const std::string_view> values);
   void add(const std::array<std::string_view, 2>& names, std::span<const glm::vec2> values);
   void add(const std::array<std::string_view, 3>& names, std::span<const glm::vec3> values);
+  void add(std::span<const SurfaceCoordinates> values);  // face, u, v
 
   std::size_t rows() const { return rows_; }
   const std::vector<TableColumn>& columns() const { return columns_; }

@@ -26,6 +26,7 @@ const std::map<std::string, SurfaceReader>& surface_readers() {
   static const std::map<std::string, SurfaceReader> readers{
       {"implicit", read_implicit},
       {"isosurface", read_isosurface},
+      {"mesh", read_mesh},
   };
   return readers;
 }

@@ -22,7 +22,7 @@ class ResidentMesh final : public ResidentSurface {
   ResidentMesh(const MeshSurface& surface, Executor& executor) {
     const MeshHierarchy hierarchy = build_hierarchy(surface.mesh);
     modules_["surface"] = embedded_core("mesh.inc");
-    defines_["MESH_STACK"] = fmt::format("{}", std::bit_ceil(unsigned(hierarchy.stack)));
+    defines_["MESH_STACK"] = fmt::format("{}", std::max(64u, std::bit_ceil(unsigned(hierarchy.stack))));
     upload(executor, hierarchy.nodes, nodes_, "hierarchy of a mesh");
     upload(executor, hierarchy.triangles, triangles_, "triangles of a mesh");
     upload_corners(executor, surface.mesh);
@@ -45,8 +45,12 @@ class ResidentMesh final : public ResidentSurface {
   const std::map<std::string, std::string>& modules() const override { return modules_; }
   const std::map<std::string, std::string>& defines() const override { return defines_; }
   DeviceBuffer* parameters() const override { return parameters_.get(); }
-  std::vector<DeviceBuffer*> buffers() const override { return {nodes_.get(), triangles_.get(), nullptr, corners_.get()}; }
-  std::size_t bytes() const override { return nodes_.bytes() + triangles_.bytes() + corners_.bytes() + parameters_.bytes(); }
+  std::vector<DeviceBuffer*> buffers() const override {
+    return {nodes_.get(), triangles_.get(), nullptr, corners_.get()};
+  }
+  std::size_t bytes() const override {
+    return nodes_.bytes() + triangles_.bytes() + corners_.bytes() + parameters_.bytes();
+  }
   bool update(const SurfaceModel&) override { return false; }
 
  private:
@@ -70,18 +74,12 @@ class ResidentMesh final : public ResidentSurface {
 }  // namespace
 
 std::uint32_t MeshSurface::properties() const {
-  return Property::normal | Property::gauss | Property::mean | Property::principal | Property::directions |
-         Property::normal_curvature;
+  return Property::parameters | Property::normal | Property::gauss | Property::mean | Property::principal |
+         Property::directions | Property::normal_curvature;
 }
-
-std::vector<Fact> MeshSurface::facts() const { return {}; }
 
 std::unique_ptr<ResidentSurface> MeshSurface::reside(Executor& executor) const {
   return std::make_unique<ResidentMesh>(*this, executor);
-}
-
-Surface mesh_surface(const Mesh& mesh, MeshNormals normals) {
-  return Surface(std::make_shared<const MeshSurface>(mesh, normals));
 }
 
 }  // namespace smurf

@@ -67,6 +67,7 @@ const std::map<std::string, SurfaceReader>& surface_readers();
 
 std::shared_ptr<const SurfaceModel> read_implicit(const nlohmann::json& description,
                                                   const std::filesystem::path& folder);
+std::shared_ptr<const SurfaceModel> read_mesh(const nlohmann::json& description, const std::filesystem::path& folder);
 std::shared_ptr<const SurfaceModel> read_isosurface(const nlohmann::json& description,
                                                     const std::filesystem::path& folder);
 // The isosurface of a field of kind "expression".

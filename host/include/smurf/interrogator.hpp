@@ -49,6 +49,7 @@ enum class Property : std::uint32_t {
   principal = 16,         // k1 >= k2
   directions = 32,        // unit principal directions d1, d2
   normal_curvature = 64,  // along a given direction, projected to the tangent plane
+  parameters = 128,       // surface coordinates (kinds that have them)
 };
 constexpr std::uint32_t operator|(Property a, Property b) { return std::uint32_t(a) | std::uint32_t(b); }
 constexpr std::uint32_t operator|(std::uint32_t a, Property b) { return a | std::uint32_t(b); }
@@ -76,6 +77,7 @@ struct CastOptions {
 struct PointProperties {
   Column<float> value, gauss, mean, k1, k2, normal_curvature;
   Column<glm::vec3> normal, d1, d2;
+  Column<SurfaceCoordinates> coordinates;
   Column<std::uint32_t> status;  // PointStatus bits
   std::uint32_t measured = 0;    // Property bits
 };
