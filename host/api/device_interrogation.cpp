@@ -11,6 +11,7 @@
 #include <numeric>
 #include <optional>
 
+#include "api/decide.hpp"
 #include "columns.inc"
 #include "executor.hpp"
 #include "interrogation.hpp"
@@ -70,12 +71,26 @@ class DeviceInterrogation final : public Interrogation {
   DeviceInterrogation(const Device& device, const std::shared_ptr<const SurfaceModel>& model)
       : device_(device),
         executor_(device_.executor()),
+        model_(model),
         surface_(model->reside(executor_)),
         coordinates_(model->has_coordinates()) {
     compile();
   }
 
   void cast(const RayBatch& rays, const CastOptions& options, HitList& hits) override {
+    find(rays, options, hits);
+    HitDecision::decide(
+        *model_, rays, options.hits,
+        [&](const RayBatch& rest, HitList& found) {
+          find(rest, {.hits = Hits::first, .tile = options.tile}, found);
+        },
+        hits);
+    if (options.properties != 0)
+      measure({hits.locations_, hits.coordinates_, {}}, options.properties, {}, hits.properties_);
+  }
+
+  // The hits as the device sees them.
+  void find(const RayBatch& rays, const CastOptions& options, HitList& hits) {
     const bool first_only = options.hits == Hits::first;
     int capacity = first_only ? 1 : capacity_of_all;
     upload_shared(rays);
@@ -105,8 +120,6 @@ class DeviceInterrogation final : public Interrogation {
       if (options.progress) options.progress(first, rays.size());
     }
     shared_rays_.reset();
-    if (options.properties != 0)
-      measure({hits.locations_, hits.coordinates_, {}}, options.properties, {}, hits.properties_);
   }
 
   void measure(const PointSet& points, std::uint32_t wanted, const ProbeOptions& options,
@@ -142,6 +155,7 @@ class DeviceInterrogation final : public Interrogation {
   }
 
   void update(const std::shared_ptr<const SurfaceModel>& model) override {
+    model_ = model;
     if (!surface_->update(*model)) {
       surface_ = model->reside(executor_);
       coordinates_ = model->has_coordinates();
@@ -457,6 +471,7 @@ class DeviceInterrogation final : public Interrogation {
 
   Device device_;
   Executor& executor_;
+  std::shared_ptr<const SurfaceModel> model_;
   std::unique_ptr<ResidentSurface> surface_;
   bool coordinates_;  // hits have surface coordinates
   Program find_hits_, measure_first_, measure_second_, order_rows_, count_blocks_;

@@ -6,7 +6,7 @@
 #include <memory>
 #include <optional>
 
-#include "reference/parallel.hpp"
+#include "parallel.hpp"
 #include "smurf/error.hpp"
 #include "smurf/surface.hpp"
 #include "smurf/values.hpp"

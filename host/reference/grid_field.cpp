@@ -6,7 +6,7 @@
 #include <new>
 #include <string>
 
-#include "reference/parallel.hpp"
+#include "parallel.hpp"
 #include "smurf/error.hpp"
 
 namespace smurf {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "reference/parallel.hpp"
+#include "parallel.hpp"
 #include "smurf/error.hpp"
 #include "surfaces/surface_model.hpp"
 

@@ -356,6 +356,44 @@ std::optional<AnalyticField> ImplicitSurface::analytic_field() const {
   return AnalyticField{std::move(value), sign * level, {domain.lower, domain.upper, domain.radius}};
 }
 
+namespace {
+
+// Cuts [low, high] of a ray to the domain, and leaves a little of what floats round off.
+void cut_to_domain(const ImplicitDomain& domain, const glm::dvec3& origin, const glm::dvec3& direction, double& low,
+                   double& high) {
+  double enter = low, leave = high;
+  for (int axis = 0; axis < 3; axis++) {
+    if (direction[axis] == 0) continue;
+    const double a = (domain.lower[axis] - origin[axis]) / direction[axis];
+    const double b = (domain.upper[axis] - origin[axis]) / direction[axis];
+    enter = std::max(enter, std::min(a, b));
+    leave = std::min(leave, std::max(a, b));
+  }
+  if (domain.radius > 0) {
+    const double size = glm::dot(direction, direction), middle = -glm::dot(origin, direction) / size;
+    const glm::dvec3 nearest = origin + middle * direction;
+    const double reach =
+        std::sqrt(std::max(domain.radius * domain.radius - glm::dot(nearest, nearest), 0.0) / size);
+    enter = std::max(enter, middle - reach);
+    leave = std::min(leave, middle + reach);
+  }
+  constexpr double rounding = 0x1p-22;
+  const double slack = rounding * std::max(std::abs(enter), std::abs(leave));
+  low = std::max(low, enter - slack);
+  high = std::min(high, leave + slack);
+}
+
+}  // namespace
+
+RootDecider ImplicitSurface::root_decider() const {
+  return [roots = expression::LineRoots(function->graph, function->value, level), where = domain](
+             const Ray& ray, double low, double high, std::vector<expression::LineRoot>& found) {
+    const glm::dvec3 origin(ray.origin), direction(ray.direction);
+    cut_to_domain(where, origin, direction, low, high);
+    roots.find(origin, direction, low, high, found);
+  };
+}
+
 std::unique_ptr<ResidentSurface> ImplicitSurface::reside(Executor& executor) const {
   if (is_interpreted(*function)) return reside_as_tape(*this, executor);
   return std::make_unique<ResidentImplicit>(*this, executor);

@@ -49,6 +49,7 @@ class ImplicitSurface : public SurfaceModel {
   std::unique_ptr<ResidentSurface> reside(Executor& executor) const override;
   std::unique_ptr<Interrogation> reference() const override;  // host/reference/implicit.cpp
   std::optional<AnalyticField> analytic_field() const override;
+  RootDecider root_decider() const override;
 
   const std::string text;  // as the user wrote it
   const std::shared_ptr<const ImplicitFunction> function;

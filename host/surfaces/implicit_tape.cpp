@@ -16,7 +16,7 @@
 
 #include "expression/source.hpp"
 #include "expression/tape.hpp"
-#include "reference/parallel.hpp"
+#include "parallel.hpp"
 #include "smurf/error.hpp"
 #include "surfaces/active_cells.hpp"
 #include "surfaces/implicit_grid.hpp"

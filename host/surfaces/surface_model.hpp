@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "executor.hpp"
+#include "expression/line_roots.hpp"
 #include "interrogation.hpp"
 #include "smurf/surface.hpp"
 
@@ -44,6 +45,10 @@ struct AnalyticField {
   Domain domain;
 };
 
+// Adds what double precision knows of a surface's roots on a ray, for t in [low, high], in order. May be called by threads at once.
+using RootDecider =
+    std::function<void(const Ray& ray, double low, double high, std::vector<expression::LineRoot>& roots)>;
+
 class SurfaceModel {
  public:
   virtual ~SurfaceModel() = default;
@@ -55,6 +60,8 @@ class SurfaceModel {
   virtual std::vector<Fact> facts() const = 0;
   virtual std::unique_ptr<ResidentSurface> reside(Executor& executor) const = 0;
   virtual std::unique_ptr<Interrogation> reference() const = 0;  // host/reference
+  // For kinds that can tell more of roots than their device code does, which is asked about hits that it flags (host/api/decide.hpp).
+  virtual RootDecider root_decider() const { return {}; }
   // For kinds that are given by an expression.
   virtual std::optional<AnalyticField> analytic_field() const { return std::nullopt; }
 };

@@ -25,7 +25,7 @@
 #include "harness/kernel_cover.hpp"
 #include "harness/replay.hpp"
 #include "harness/sturm.hpp"
-#include "reference/parallel.hpp"
+#include "parallel.hpp"
 #include "smurf/interrogator.hpp"
 
 KERNELS(find_hits, count_blocks, order_rows);

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "reference/parallel.hpp"
+#include "parallel.hpp"
 
 namespace smurf::test {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "reference/parallel.hpp"
+#include "parallel.hpp"
 #include "reference/ray_roots.hpp"
 
 namespace smurf::test {

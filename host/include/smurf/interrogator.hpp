@@ -114,6 +114,7 @@ class HitList {
  private:
   friend class Interrogator;
   friend class DeviceInterrogation;
+  friend class HitDecision;
   friend class ReferenceInterrogation;
   std::shared_ptr<Interrogation> interrogation_;
   Values<std::uint64_t> offsets_;

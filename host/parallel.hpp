@@ -1,4 +1,4 @@
-// Plain data parallelism, for the reference and for sampling expressions: task(0) .. task(count-1) on all cores, in any order.
+// Plain data parallelism on the host: task(0) .. task(count-1) on all cores, in any order.
 // Each task writes to its own place, so that results do not depend on the scheduling.
 #pragma once
 

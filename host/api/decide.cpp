@@ -1,0 +1,206 @@
+#include "api/decide.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "parallel.hpp"
+
+namespace smurf {
+namespace {
+
+using expression::LineRoot;
+
+constexpr float infinity = std::numeric_limits<float>::infinity();
+
+// What t of a hit has been rounded by, in parts of the farthest t on the ray: it is the sum of where the ray enters and of how far the hit
+// is from there, and the walk in between rounds once or twice more.
+constexpr double rounding_of_t = 0x1p-22;
+
+constexpr std::size_t few_rays = 8;  // not worth a thread
+constexpr int most_rounds = 100;     // of casting a ray again
+
+double farthest_t(const Bounds& bounds, const Ray& ray) {
+  double enter = ray.t_min, leave = ray.t_max;
+  for (int axis = 0; axis < 3; axis++) {
+    if (ray.direction[axis] == 0) continue;
+    const double a = (bounds.lower[axis] - double(ray.origin[axis])) / double(ray.direction[axis]);
+    const double b = (bounds.upper[axis] - double(ray.origin[axis])) / double(ray.direction[axis]);
+    enter = std::max(enter, std::min(a, b));
+    leave = std::min(leave, std::max(a, b));
+  }
+  return std::max(std::abs(enter), std::abs(leave));
+}
+
+// The greatest float that is not above.
+float float_below(double v) {
+  const float rounded = float(v);
+  return double(rounded) > v ? std::nextafter(rounded, -infinity) : rounded;
+}
+
+void each_ray(std::size_t count, const std::function<void(std::size_t)>& task) {
+  if (count > few_rays) return parallel_for(count, task);
+  for (std::size_t i = 0; i < count; i++) task(i);
+}
+
+bool is_flagged(HitStatus status) { return status != HitStatus::isolated; }
+
+}  // namespace
+
+void HitDecision::decide(const SurfaceModel& model, const RayBatch& rays, Hits wanted, const Cast& cast_first,
+                         HitList& hits) {
+  if (std::ranges::none_of(hits.status_, is_flagged)) return;
+  const RootDecider decider = model.root_decider();
+  if (!decider) return;
+  std::vector<RayHits> flagged = flagged_rays(hits);
+  const Bounds bounds = model.bounds();
+  each_ray(flagged.size(), [&](std::size_t i) { decide_ray(decider, bounds, rays[flagged[i].ray], wanted, flagged[i]); });
+  if (wanted == Hits::first) cast_again(decider, bounds, rays, cast_first, flagged);
+  write(flagged, rays, hits);
+}
+
+std::vector<HitDecision::RayHits> HitDecision::flagged_rays(const HitList& hits) {
+  std::vector<RayHits> flagged;
+  for (std::size_t h = 0; h < hits.size(); h++) {
+    if (!is_flagged(hits.status_[h])) continue;
+    const std::size_t ray = hits.rays_[h];
+    if (!flagged.empty() && flagged.back().ray == ray) continue;
+    flagged.push_back({ray, {}, {}});
+    for (std::size_t i = hits.offsets_[ray]; i < hits.offsets_[ray + 1]; i++)
+      flagged.back().hits.push_back({hits.t_[i], hits.uncertainty_[i], hits.status_[i]});
+  }
+  return flagged;
+}
+
+void HitDecision::decide_ray(const RootDecider& decider, const Bounds& bounds, const Ray& ray, Hits wanted,
+                             RayHits& ray_hits) {
+  const double rounding = rounding_of_t * farthest_t(bounds, ray);
+  const auto low_end = [&](const Hit& hit) { return double(hit.t) - double(hit.uncertainty) - rounding; };
+  const auto high_end = [&](const Hit& hit) { return double(hit.t) + double(hit.uncertainty) + rounding; };
+  std::vector<Hit> before = std::move(ray_hits.hits);
+  ray_hits.hits.clear();
+  ray_hits.again.reset();
+  std::ranges::stable_sort(before, {}, low_end);
+  std::vector<LineRoot> roots;
+  for (std::size_t first = 0, next; first < before.size(); first = next) {
+    // The hits from `first` to `next` overlap.
+    const double low = low_end(before[first]);
+    double high = high_end(before[first]);
+    for (next = first + 1; next < before.size() && low_end(before[next]) <= high; next++)
+      high = std::max(high, high_end(before[next]));
+    const auto stretch = std::span(before).subspan(first, next - first);
+    if (std::ranges::none_of(stretch, is_flagged, &Hit::status)) {
+      ray_hits.hits.insert(ray_hits.hits.end(), stretch.begin(), stretch.end());
+      continue;
+    }
+    roots.clear();
+    decider(ray, std::max(low, double(ray.t_min)), std::min(high, double(ray.t_max)), roots);
+    for (const LineRoot& root : roots) {
+      const float t = std::clamp(float(0.5 * root.low + 0.5 * root.high), ray.t_min, ray.t_max);
+      const double off = std::max(root.high - double(t), double(t) - root.low);
+      ray_hits.hits.push_back({t, std::nextafter(float(off), infinity),
+                               root.kind == LineRoot::Kind::one        ? HitStatus::isolated
+                               : root.kind == LineRoot::Kind::touching ? HitStatus::tangent
+                                                                       : HitStatus::unresolved});
+    }
+    if (wanted == Hits::first && ray_hits.hits.empty() && high < double(ray.t_max))
+      ray_hits.again = std::max(float_below(high), std::nextafter(ray.t_min, infinity));
+  }
+  std::ranges::stable_sort(ray_hits.hits, {}, &Hit::t);
+  if (wanted == Hits::first && ray_hits.hits.size() > 1) ray_hits.hits.erase(ray_hits.hits.begin() + 1, ray_hits.hits.end());
+}
+
+void HitDecision::cast_again(const RootDecider& decider, const Bounds& bounds, const RayBatch& rays,
+                             const Cast& cast_first, std::vector<RayHits>& all) {
+  for (int round = 0; round < most_rounds; round++) {
+    std::vector<RayHits*> open;
+    for (RayHits& ray_hits : all) {
+      if (ray_hits.again) open.push_back(&ray_hits);
+    }
+    if (open.empty()) return;
+    RayBatch rest(open.size());
+    for (std::size_t i = 0; i < open.size(); i++) {
+      Ray ray = rays[open[i]->ray];
+      ray.t_min = *open[i]->again;
+      rest.set(i, ray);
+    }
+    HitList hits;
+    cast_first(rest, hits);
+    each_ray(open.size(), [&](std::size_t i) {
+      RayHits& ray_hits = *open[i];
+      ray_hits.again.reset();
+      const std::size_t h = hits.offsets_[i];
+      if (h == hits.offsets_[i + 1]) return;
+      ray_hits.hits = {{hits.t_[h], hits.uncertainty_[h], hits.status_[h]}};
+      // The last time a flag stays: it says that there may be no root.
+      if (is_flagged(hits.status_[h]) && round + 1 < most_rounds)
+        decide_ray(decider, bounds, rest[i], Hits::first, ray_hits);
+    });
+  }
+}
+
+// Puts the changed rays' hits in place of those that they had.
+void HitDecision::write(const std::vector<RayHits>& changed, const RayBatch& rays, HitList& hits) {
+  const auto had = [&](std::size_t ray) { return std::size_t(hits.offsets_[ray + 1] - hits.offsets_[ray]); };
+  const auto put = [&](HitList& to, std::size_t at, std::size_t ray_index, const Hit& hit) {
+    const Ray ray = rays[ray_index];
+    to.rays_[at] = std::uint32_t(ray_index);
+    to.t_[at] = hit.t;
+    to.uncertainty_[at] = hit.uncertainty;
+    to.status_[at] = hit.status;
+    to.locations_[at] = glm::vec3(glm::dvec3(ray.origin) + double(hit.t) * glm::dvec3(ray.direction));
+  };
+  if (std::ranges::all_of(changed, [&](const RayHits& r) { return r.hits.size() == had(r.ray); })) {
+    for (const RayHits& r : changed) {
+      for (std::size_t i = 0; i < r.hits.size(); i++) put(hits, hits.offsets_[r.ray] + i, r.ray, r.hits[i]);
+    }
+    return;
+  }
+  std::size_t total = hits.size();
+  for (const RayHits& r : changed) total = total + r.hits.size() - had(r.ray);
+  HitList all;
+  all.rays_.resize(total);
+  all.t_.resize(total);
+  all.uncertainty_.resize(total);
+  all.status_.resize(total);
+  all.locations_.resize(total);
+  std::size_t from = 0, to = 0;
+  const auto keep = [&](std::size_t end) {
+    const auto copy = [&](const auto& source, auto& target) {
+      std::copy_n(source.begin() + std::ptrdiff_t(from), end - from, target.begin() + std::ptrdiff_t(to));
+    };
+    copy(hits.rays_, all.rays_);
+    copy(hits.t_, all.t_);
+    copy(hits.uncertainty_, all.uncertainty_);
+    copy(hits.status_, all.status_);
+    copy(hits.locations_, all.locations_);
+    to += end - from;
+    from = end;
+  };
+  for (const RayHits& r : changed) {
+    keep(hits.offsets_[r.ray]);
+    from = hits.offsets_[r.ray + 1];
+    for (const Hit& hit : r.hits) put(all, to++, r.ray, hit);
+  }
+  keep(hits.size());
+  // Each ray's end moves by what the rays up to it have won or lost.
+  std::size_t next = 0;
+  std::uint64_t moved = 0;
+  for (std::size_t ray = changed.front().ray; ray + 1 < hits.offsets_.size(); ray++) {
+    const std::uint64_t end = hits.offsets_[ray + 1];
+    if (next < changed.size() && changed[next].ray == ray) {
+      // had() must see the old ends.
+      const std::uint64_t begin = hits.offsets_[ray] - moved;
+      moved += changed[next].hits.size() - (end - begin);
+      next++;
+    }
+    hits.offsets_[ray + 1] = end + moved;
+  }
+  hits.rays_.swap(all.rays_);
+  hits.t_.swap(all.t_);
+  hits.uncertainty_.swap(all.uncertainty_);
+  hits.status_.swap(all.status_);
+  hits.locations_.swap(all.locations_);
+}
+
+}  // namespace smurf

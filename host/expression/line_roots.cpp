@@ -1,0 +1,271 @@
+#include "expression/line_roots.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "expression/series.hpp"
+
+namespace smurf::expression {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+constexpr int most_models = 48;            // of one call of find,
+constexpr std::size_t most_operations = 100'000;  // of long expressions
+constexpr double least_part = 0x1p-20;     // of a model's stretch: bisection ends there
+constexpr double split_at = 0.48828125;    // of a part: not in its middle, where roots of simple surfaces are
+constexpr double shrinking = 0.7;          // a part that is modelled again must be shorter by this factor
+constexpr double float_rounding = 0x1p-26; // of t: closer than this nobody can see
+
+struct Model {
+  enum class Kind { none, polynomial, unknown } kind = Kind::unknown;
+  // Of s in [-1, 1]: the function is within error of the polynomial, its slope within slope_error of the polynomial's.
+  std::array<double, 4> c{};
+  double error = 0, slope_error = 0;
+  double rounding = 0;  // what of the error is rounding: shorter stretches do not lessen it
+};
+
+struct Stretch {
+  double low, high;
+  bool low_certain, high_certain;  // the function has a certain sign at the end
+};
+
+struct Part {
+  double low, high;                // of s
+  enum class Kind { one, open } kind;
+  bool low_certain, high_certain;
+  double slope;                    // of one: the least steepness
+};
+
+// Polar form of the polynomial: its Bernstein coefficients on any part.
+double polar(const std::array<double, 4>& c, double u, double v, double w) {
+  return c[0] + c[1] * ((u + v + w) / 3) + c[2] * ((u * v + u * w + v * w) / 3) + c[3] * (u * v * w);
+}
+double slope_polar(const std::array<double, 4>& c, double u, double v) {
+  return c[1] + c[2] * (u + v) + 3 * c[3] * (u * v);
+}
+
+int sign_of(double value, double error) { return value > error ? 1 : value < -error ? -1 : 0; }
+
+// Bisects a model's polynomial into parts in order; parts without a root are left out, open ones that touch are joined.
+class Bisection {
+ public:
+  explicit Bisection(const Model& model) : c_(model.c), error_(model.error), slope_error_(model.slope_error) {}
+
+  std::vector<Part> parts(bool low_certain, bool high_certain) {
+    parts_.clear();
+    split(-1, 1);
+    for (Part& part : parts_) {
+      if (part.kind == Part::Kind::one) continue;
+      part.low_certain = part.low > -1 || low_certain || sign_at(-1) != 0;
+      part.high_certain = part.high < 1 || high_certain || sign_at(1) != 0;
+    }
+    return parts_;
+  }
+
+ private:
+  int sign_at(double s) const { return sign_of(polar(c_, s, s, s), error_); }
+
+  void split(double low, double high) {
+    const std::array<double, 4> b = {polar(c_, low, low, low), polar(c_, low, low, high), polar(c_, low, high, high),
+                                     polar(c_, high, high, high)};
+    const auto [least, most] = std::minmax_element(b.begin(), b.end());
+    if (*least > error_ || *most < -error_) return;
+    const auto [flat, steep] = std::minmax({slope_polar(c_, low, low), slope_polar(c_, low, high), slope_polar(c_, high, high)});
+    const bool monotone = flat > slope_error_ || steep < -slope_error_;
+    const int first = sign_of(b[0], error_), last = sign_of(b[3], error_);
+    if (monotone && first * last > 0) return;
+    if (monotone && first * last < 0) {
+      const double slope = (flat > 0 ? flat : -steep) - slope_error_;
+      parts_.push_back({low, high, Part::Kind::one, true, true, slope});
+      return;
+    }
+    const bool within = *least >= -error_ && *most <= error_;
+    if (within || high - low < 2 * least_part) {
+      open(low, high);
+      return;
+    }
+    const double middle = low + split_at * (high - low);
+    split(low, middle);
+    split(middle, high);
+  }
+
+  void open(double low, double high) {
+    if (!parts_.empty() && parts_.back().kind == Part::Kind::open && parts_.back().high == low) {
+      parts_.back().high = high;
+    } else {
+      parts_.push_back({low, high, Part::Kind::open, false, false, 0});
+    }
+  }
+
+  const std::array<double, 4>& c_;
+  const double error_, slope_error_;
+  std::vector<Part> parts_;
+};
+
+// The work on one line.
+class Line {
+ public:
+  Line(const Program& program, double level, const glm::dvec3& origin, const glm::dvec3& direction,
+       std::vector<LineRoot>& roots)
+      : program_(program),
+        level_(level),
+        origin_(origin),
+        direction_(direction),
+        roots_(roots),
+        most_models_(std::clamp(int(most_operations / program.nodes.size()), 6, most_models)) {}
+
+  void settle(const Stretch& stretch) {
+    const double length = stretch.high - stretch.low;
+    if (models_ >= most_models_) return report(stretch);
+    const double middle = stretch.low + 0.5 * length;
+    const double half = std::nextafter(std::max(stretch.high - middle, middle - stretch.low), infinity);
+    const Model model = model_of(middle, half);
+    if (model.kind == Model::Kind::none) return;
+    if (model.kind == Model::Kind::unknown) return halve(stretch);
+    for (const Part& part : Bisection(model).parts(stretch.low_certain, stretch.high_certain)) {
+      const Stretch place{std::max(stretch.low, middle + part.low * half), std::min(stretch.high, middle + part.high * half),
+                          part.low_certain, part.high_certain};
+      if (part.kind == Part::Kind::one) {
+        refine(model, part, middle, half, 0);
+      } else if (place.high - place.low < shrinking * length) {
+        settle(place);
+      } else if (model.rounding < 0.5 * model.error) {
+        halve(place);  // the model can be better
+      } else {
+        report(place);
+      }
+    }
+  }
+
+ private:
+  // All points of the line with t in [low, high].
+  Series series(double low, double high, double half) {
+    std::array<Series, 3> variables;
+    const Bound along{low, high};
+    for (int axis = 0; axis < 3; axis++) {
+      Series& x = variables[std::size_t(axis)];
+      const Bound start{origin_[axis], origin_[axis]}, slope{direction_[axis], direction_[axis]};
+      x.at[0] = start + along * slope;
+      x.at[1] = Bound{half, half} * slope;
+    }
+    Series f = evaluate(program_, std::span(variables).first(std::size_t(program_.variables)), scratch_);
+    f.at[0] = f.at[0] + Bound{-level_, -level_};
+    return f;
+  }
+
+  // Of t = middle + half s.
+  Model model_of(double middle, double half) {
+    models_++;
+    Model model;
+    const Series all = series(std::nextafter(middle - half, -infinity), std::nextafter(middle + half, infinity), half);
+    if (all.nowhere || !all.at[0].contains_zero()) {
+      model.kind = Model::Kind::none;
+      return model;
+    }
+    if (!all.defined || !all.continuous || !all.at[1].is_finite()) return model;
+    const Series here = series(middle, middle, half);
+    std::array<Bound, 4> c{here.at[0], all.at[1]};
+    double rest = 0, slope_rest = 0;
+    if (all.at[series_order].is_finite()) {
+      std::copy_n(here.at.begin(), 4, c.begin());
+      rest = all.at[series_order].magnitude();
+      slope_rest = series_order * rest;
+    }
+    double terms = 0, slope_terms = 0, sizes = 0;
+    for (std::size_t k = 0; k < c.size(); k++) {
+      if (!c[k].is_finite()) return model;
+      model.c[k] = 0.5 * c[k].low + 0.5 * c[k].high;
+      const double radius = std::max(c[k].high - model.c[k], model.c[k] - c[k].low);
+      terms += radius;
+      slope_terms += double(k) * radius;
+      sizes += double(k + 1) * std::abs(model.c[k]);
+    }
+    // What the polynomial's own values are rounded by.
+    const double rounding = 32 * epsilon * sizes + std::numeric_limits<double>::min();
+    constexpr double outward = 1 + 32 * epsilon;
+    model.rounding = (terms + rounding) * outward;
+    model.error = (terms + rest + rounding) * outward;
+    model.slope_error = (slope_terms + slope_rest + rounding) * outward;
+    model.kind = std::isfinite(model.error + model.slope_error) ? Model::Kind::polynomial : Model::Kind::unknown;
+    return model;
+  }
+
+  // On to shorter models, split where the sign is certain.
+  void halve(const Stretch& stretch) {
+    const double length = stretch.high - stretch.low;
+    if (length > float_rounding * std::max(std::abs(stretch.low), std::abs(stretch.high)) && models_ + 2 <= most_models_) {
+      for (const double part : {split_at, 0.34, 0.67}) {
+        const double at = stretch.low + part * length;
+        const Series here = series(at, at, 0);
+        if (!(at > stretch.low && at < stretch.high)) break;
+        if (!here.defined || here.at[0].contains_zero()) continue;
+        settle({stretch.low, at, stretch.low_certain, true});
+        settle({at, stretch.high, true, stretch.high_certain});
+        return;
+      }
+    }
+    report(stretch);
+  }
+
+  void report(const Stretch& stretch) {
+    const auto kind = stretch.low_certain && stretch.high_certain ? LineRoot::Kind::touching : LineRoot::Kind::undecided;
+    roots_.push_back({stretch.low, stretch.high, kind});
+  }
+
+  // The root of a part that holds exactly one.
+  void refine(const Model& model, const Part& part, double middle, double half, int again) {
+    double low = part.low, high = part.high;
+    const bool rising = polar(model.c, low, low, low) < 0;
+    double s = 0.5 * (low + high);
+    for (int i = 0; i < 100 && high - low > 2 * epsilon; i++) {
+      const double value = polar(model.c, s, s, s), slope = slope_polar(model.c, s, s);
+      ((value < 0) == rising ? low : high) = s;
+      const double newton = s - value / slope;
+      const bool inside = newton > low && newton < high && i % 4 != 3;  // now and then by bisection
+      const double next = inside ? newton : 0.5 * (low + high);
+      const bool done = inside && std::abs(next - s) < 2 * epsilon;
+      s = next;
+      if (done) break;
+    }
+    const double off = (model.error + std::abs(polar(model.c, s, s, s))) / part.slope + 4 * epsilon;
+    const double first = std::max(part.low, s - off), last = std::min(part.high, s + off);
+    const double from = std::nextafter(middle + first * half, -infinity), to = std::nextafter(middle + last * half, infinity);
+    // Seldom the model is coarser than what floats can say.
+    if (again < 3 && models_ < most_models_ && to - from > float_rounding * std::max(std::abs(from), std::abs(to))) {
+      const double between = from + 0.5 * (to - from), reach = std::nextafter(std::max(to - between, between - from), infinity);
+      const Model close = model_of(between, reach);
+      const std::vector<Part> parts = close.kind == Model::Kind::polynomial ? Bisection(close).parts(false, false) : std::vector<Part>();
+      if (parts.size() == 1 && parts[0].kind == Part::Kind::one && 2 * reach < 0.5 * (part.high - part.low) * half)
+        return refine(close, parts[0], between, reach, again + 1);
+    }
+    roots_.push_back({from, to, LineRoot::Kind::one});
+  }
+
+  const Program& program_;
+  const double level_;
+  const glm::dvec3 origin_, direction_;
+  std::vector<LineRoot>& roots_;
+  std::vector<Series> scratch_;
+  const int most_models_;
+  int models_ = 0;
+};
+
+Program program_of(const Graph& graph, NodeId f) {
+  const std::array<NodeId, 1> roots{f};
+  return make_program(graph, roots);
+}
+
+}  // namespace
+
+LineRoots::LineRoots(const Graph& graph, NodeId f, double level) : program_(program_of(graph, f)), level_(level) {}
+
+void LineRoots::find(const glm::dvec3& origin, const glm::dvec3& direction, double low, double high,
+                     std::vector<LineRoot>& roots) const {
+  if (low <= high) Line(program_, level_, origin, direction, roots).settle({low, high, false, false});
+}
+
+}  // namespace smurf::expression
