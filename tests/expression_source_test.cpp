@@ -88,6 +88,9 @@ class Statements {
                                                          {"MODULO", Op::modulo},
                                                          {"CHOOSE", Op::choose},
                                                          {"ADD_CONSTANT", Op::add},
+                                                         {"INEXACT", Op::constant},
+                                                         {"ADD_INEXACT", Op::add},
+                                                         {"MULTIPLY_INEXACT", Op::multiply},
                                                          {"MULTIPLY_CONSTANT", Op::multiply}};
     const auto found = operations.find(word);
     EXPECT_NE(found, operations.end()) << word;
@@ -95,7 +98,8 @@ class Statements {
     const Op op = found->second;
     std::array<double, 4> a{};
     std::copy(arguments.begin(), arguments.end(), a.begin());
-    const std::size_t expected = op == Op::constant ? 1 : op == Op::power_integer ? 2 : std::size_t(arity(op));
+    const std::size_t numbers = op == Op::constant ? 1 : op == Op::power_integer ? 2 : std::size_t(arity(op));
+    const std::size_t expected = numbers + (word.ends_with("INEXACT") ? 1 : 0);
     EXPECT_EQ(arguments.size(), expected) << word;
     if (op == Op::constant) return a[0];
     return apply(op, a[1], a[0], a[1], a[2], a[3]);  // the exponent of an integer power stands second
@@ -136,8 +140,8 @@ TEST(ExpressionSource, ComputesWhatTheGraphDoes) {
 
 TEST(ExpressionSource, IsWrittenAsTheKernelsExpect) {
   Graph graph;
-  const std::array roots = {read(graph, "2.5*sin(x)^3-1"), read(graph, "y"), read(graph, "7"),
-                            read(graph, "atan2(z,4)/(8-x)")};
+  const std::array roots = {read(graph, "2.5*sin(x)^3-1"),   read(graph, "y"),         read(graph, "7"),
+                            read(graph, "atan2(z,4)/(8-x)"), read(graph, "0.1*y+0.3"), read(graph, "x^0.7")};
   std::vector<std::string> names;
   const std::string text = device_source(graph, roots, "", names);
   EXPECT_EQ(text,
@@ -150,10 +154,32 @@ TEST(ExpressionSource, IsWrittenAsTheKernelsExpect) {
             "    NUMBER n6 = OP_ARCTANGENT2(v2, n5);\n"
             "    NUMBER n7 = OP_CONSTANT(8.0f);\n"
             "    NUMBER n8 = OP_SUBTRACT(n7, v0);\n"
-            "    NUMBER n9 = OP_DIVIDE(n6, n8);\n");
-  EXPECT_EQ(names, (std::vector<std::string>{"n3", "v1", "n4", "n9"}));
+            "    NUMBER n9 = OP_DIVIDE(n6, n8);\n"
+            "    NUMBER n10 = OP_MULTIPLY_INEXACT(v1, 0.1f, -7.450581e-09f);\n"
+            "    NUMBER n11 = OP_ADD_INEXACT(n10, 0.3f, -2.9802322e-08f);\n"
+            "    NUMBER n12 = OP_INEXACT(0.7f, 5.9604645e-08f);\n"
+            "    NUMBER n13 = OP_POWER(v0, n12);\n");
+  EXPECT_EQ(names, (std::vector<std::string>{"n3", "v1", "n4", "n9", "n11", "n13"}));
   EXPECT_EQ(device_source(graph, roots, "g_", names).substr(0, 32), "    NUMBER g_n0 = OP_SINE(v0);\n ");
   EXPECT_EQ(names[0], "g_n3");
+}
+
+TEST(ExpressionSource, ConstantsLieBetweenTwoFloats) {
+  std::mt19937_64 random(2);
+  std::uniform_real_distribution<double> mantissa(-2, 2), exponent(-150, 127);
+  for (int i = 0; i < 20000; i++) {
+    const double value = mantissa(random) * std::exp2(exponent(random));
+    if (std::abs(value) > 3.4e38) continue;
+    const DeviceConstant c = device_constant(value);
+    const double from = c.value, to = double(c.value) + double(c.way);
+    EXPECT_LE(std::min(from, to), value);
+    EXPECT_GE(std::max(from, to), value);
+    EXPECT_LE(std::abs(value - from), 0.5 * std::abs(double(c.way)));
+    EXPECT_LE(std::abs(double(c.way)), std::max(std::abs(value) * 0x1p-22, 0x1p-125)) << value;
+    EXPECT_EQ(c.way == 0, double(float(value)) == value && std::abs(value) >= 0x1p-126) << value;
+  }
+  EXPECT_EQ(device_constant(-0.375).way, 0);
+  EXPECT_EQ(device_constant(0).way, 0);
 }
 
 TEST(ExpressionSource, LiteralsReadBack) {

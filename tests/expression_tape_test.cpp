@@ -1,6 +1,10 @@
 // Expressions as tapes: what pruning leaves out does not matter within the box, and a tape does what its program does.
 #include "expression/tape.hpp"
 
+#include <set>
+#include <utility>
+
+#include "expression/source.hpp"
 #include "harness/expressions.hpp"
 
 namespace smurf::expression {
@@ -15,6 +19,14 @@ double run(const Program& program, const Point& p) {
       [](Op op, double value, double a, double b, double c, double d) { return apply(op, value, a, b, c, d); },
       std::span(&result, 1), values);
   return result;
+}
+
+// With the floats that devices have for constants.
+Program rounded(Program program) {
+  for (Node& node : program.nodes) {
+    if (node.op == Op::constant) node.value = device_constant(node.value).value;
+  }
+  return program;
 }
 
 // As kernels do it, in double.
@@ -54,17 +66,33 @@ TEST(ExpressionTapes, DoWhatTheirProgramsDo) {
     const NodeId root = random.tree(6).build(graph);
     Program program;
     // Some trees come down to constants that floats do not hold.
-    if (!message_of([&] { program = float_program(graph, root); }).empty()) continue;
+    if (!message_of([&] { program = device_program(graph, root); }).empty()) continue;
     const Tape tape = make_tape(program);
     ASSERT_LE(tape.registers, int(program.nodes.size()));
     for (int i = 0; i < 5; i++) {
       const Point p = random.point(3);
-      const double expected = run(program, p), found = run(tape, p);
+      const double expected = run(rounded(program), p), found = run(tape, p);
       ASSERT_TRUE(expected == found || (std::isnan(expected) && std::isnan(found))) << expected << " " << found;
       compared += !std::isnan(expected);
     }
   }
   EXPECT_GT(compared, 5000);
+}
+
+TEST(ExpressionTapes, InexactConstantsSayWhereTheyLie) {
+  Graph graph;
+  const NodeId root = read(graph, "(0.1*x+0.3)*x^0.7+y/16777217+1e-50*z+0.25");
+  const Tape tape = make_tape(device_program(graph, root));
+  std::set<std::pair<float, float>> found;
+  for (std::uint32_t i = 0; i < tape.words[0]; i++) {
+    const std::uint32_t code = tape.words[2 + 2 * i], more = tape.words[3 + 2 * i], op = code & 31;
+    if (op == std::uint32_t(Op::constant) || op == operation_count || op == operation_count + 1)
+      found.emplace(std::bit_cast<float>(more), std::bit_cast<float>(code & 0xff800000u));
+  }
+  const float least = std::numeric_limits<float>::min();
+  const std::set<std::pair<float, float>> expected{{0.1f, -0x1p-27f}, {0.3f, -0x1p-25f}, {0.7f, 0x1p-24f},
+                                                   {0.25f, 0},        {0x1p24f, 2.0f},   {0, 2 * least}};
+  EXPECT_EQ(found, expected);
 }
 
 TEST(ExpressionTapes, WhatIsLeftOutDoesNotMatter) {
@@ -75,7 +103,7 @@ TEST(ExpressionTapes, WhatIsLeftOutDoesNotMatter) {
     Graph graph;
     const NodeId root = random.tree(7).build(graph);
     Program program;
-    if (!message_of([&] { program = float_program(graph, root); }).empty()) continue;
+    if (!message_of([&] { program = device_program(graph, root); }).empty()) continue;
     const Point low = random.point(2);
     std::array<Interval, 3> box;
     for (std::size_t k = 0; k < 3; k++) box[k] = {low[k], low[k] + random.uniform(0, 1), true};
@@ -100,7 +128,7 @@ TEST(ExpressionTapes, WhatIsLeftOutDoesNotMatter) {
 TEST(ExpressionTapes, NothingIsLeftOutThatMayBeUndefined) {
   Graph graph;
   // log(x) lies below 9 wherever it is defined, but it is not defined everywhere.
-  const Program program = float_program(graph, read(graph, "max(log(x), 9+y)"));
+  const Program program = device_program(graph, read(graph, "max(log(x), 9+y)"));
   const auto rest_on = [&](double low, double high) {
     std::vector<Interval> values;
     evaluate(program, std::array{Interval{low, high}, Interval{0, 1}, Interval{0, 1}}, values);
@@ -114,7 +142,7 @@ TEST(ExpressionTapes, RegistersAreUsedAgain) {
   Graph graph;
   NodeId root = graph.variable(0);
   for (int i = 0; i < 2000; i++) root = graph.unary(Op::sine, root);
-  const Tape tape = make_tape(float_program(graph, root));
+  const Tape tape = make_tape(device_program(graph, root));
   EXPECT_EQ(tape.words[0], 2001u);
   EXPECT_EQ(tape.registers, 1);
 }
@@ -128,8 +156,8 @@ TEST(ExpressionTapes, TooManyWaitingResultsAreRefused) {
     second += fmt::format("*(sin({}*x)+2)", i);
   }
   const NodeId root = read(graph, fmt::format("({})*({})", first, second));
-  expect_fragment(message_of([&] { make_tape(float_program(graph, root)); }), "waiting");
-  expect_fragment(message_of([&] { float_program(graph, read(graph, "x+1e300")); }), "single precision");
+  expect_fragment(message_of([&] { make_tape(device_program(graph, root)); }), "waiting");
+  expect_fragment(message_of([&] { device_program(graph, read(graph, "x+1e300")); }), "single precision");
 }
 
 }  // namespace

@@ -19,7 +19,10 @@
     NUMBER k = OP_ADD(OP_FLOOR(OP_MULTIPLY_CONSTANT(x, 0.0625f)), OP_SIGN(y));                    \
     NUMBER l = OP_CHOOSE(x, OP_CONSTANT(64.0f), OP_MODULO(j, OP_CONSTANT(50.0f)), e);             \
     return OP_ADD(OP_ADD(j, k), OP_ADD(l, e));                                                    \
-  }
+  }                                                                                               \
+  FN NUMBER inexact_sum(NUMBER x) { return OP_ADD_INEXACT(x, -0.1f, 0x1p-27f); }                  \
+  FN NUMBER inexact_difference(NUMBER x) { return OP_SUBTRACT(x, OP_INEXACT(0.1f, -0x1p-27f)); }  \
+  FN NUMBER inexact_product(NUMBER x) { return OP_MULTIPLY_INEXACT(x, -0.1f, 0x1p-27f); }
 
 namespace in_duals {
 using namespace one_lane;
@@ -120,6 +123,36 @@ TEST(KernelVocabularies, AgreeOnAGeneratedExpression) {
   EXPECT_GT(with_slope, 10000);
   EXPECT_GT(with_error, 19000);
   EXPECT_LT(largest_error, 51);  // at the jumps of floor and modulo
+}
+
+// Near the float that an inexact constant is rounded to, what is left of a difference is the rounding.
+TEST(KernelVocabularies, InexactConstantsAreEnclosed) {
+  Random random(4);
+  for (int n = 0; n < 2000; n++) {
+    const float x = n == 0 ? 0.1f : float(0.1 + random.uniform(-1e-7, 1e-7));
+    const double left = double(x) - 0.1, product = -0.1 * double(x);
+    const auto contains = [](double low, double high, double value) { return low <= value && value <= high; };
+    for (const auto& i : {in_intervals::inexact_sum(in_intervals::interval_point(x)),
+                          in_intervals::inexact_difference(in_intervals::interval_point(x))}) {
+      EXPECT_TRUE(contains(i.low, i.high, left)) << x;
+      EXPECT_LT(i.high - i.low, 4e-8f);
+    }
+    const auto rising = in_duals::dual_make(in_duals::interval_point(x), in_duals::interval_point(1));
+    for (const auto& d : {in_duals::inexact_sum(rising), in_duals::inexact_difference(rising)})
+      EXPECT_TRUE(contains(d.value.low, d.value.high, left)) << x;
+    const auto turned = in_duals::inexact_product(rising);
+    EXPECT_TRUE(contains(turned.value.low, turned.value.high, product));
+    EXPECT_TRUE(contains(turned.slope.low, turned.slope.high, -0.1));
+    for (const auto& r : {in_rounded::inexact_sum(in_rounded::rounded_exact(x)),
+                          in_rounded::inexact_difference(in_rounded::rounded_exact(x))}) {
+      EXPECT_TRUE(contains(double{r.value} - r.error, double{r.value} + r.error, left)) << x;
+      EXPECT_LT(r.error, 4e-8f);
+    }
+    const auto r = in_rounded::inexact_product(in_rounded::rounded_exact(x));
+    EXPECT_TRUE(contains(double{r.value} - r.error, double{r.value} + r.error, product));
+    EXPECT_EQ(in_reals::inexact_sum(x), x - 0.1f);
+    EXPECT_EQ(in_real_duals::inexact_product(in_real_duals::real_dual_make(x, 1)).slope, -0.1f);
+  }
 }
 
 }  // namespace

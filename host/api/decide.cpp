@@ -54,7 +54,8 @@ void HitDecision::decide(const SurfaceModel& model, const RayBatch& rays, Hits w
   if (!decider) return;
   std::vector<RayHits> flagged = flagged_rays(hits);
   const Bounds bounds = model.bounds();
-  each_ray(flagged.size(), [&](std::size_t i) { decide_ray(decider, bounds, rays[flagged[i].ray], wanted, flagged[i]); });
+  each_ray(flagged.size(),
+           [&](std::size_t i) { decide_ray(decider, bounds, rays[flagged[i].ray], wanted, flagged[i]); });
   if (wanted == Hits::first) cast_again(decider, bounds, rays, cast_first, flagged);
   write(flagged, rays, hits);
 }
@@ -107,7 +108,8 @@ void HitDecision::decide_ray(const RootDecider& decider, const Bounds& bounds, c
       ray_hits.again = std::max(float_below(high), std::nextafter(ray.t_min, infinity));
   }
   std::ranges::stable_sort(ray_hits.hits, {}, &Hit::t);
-  if (wanted == Hits::first && ray_hits.hits.size() > 1) ray_hits.hits.erase(ray_hits.hits.begin() + 1, ray_hits.hits.end());
+  if (wanted == Hits::first && ray_hits.hits.size() > 1)
+    ray_hits.hits.erase(ray_hits.hits.begin() + 1, ray_hits.hits.end());
 }
 
 void HitDecision::cast_again(const RootDecider& decider, const Bounds& bounds, const RayBatch& rays,

@@ -26,7 +26,8 @@ class HitDecision {
 
   // Where a first hit is proved to be no root, its ray is cast again from there on by `cast_first`, until the hit that it has is one or
   // the ray ends.
-  static void decide(const SurfaceModel& model, const RayBatch& rays, Hits wanted, const Cast& cast_first, HitList& hits);
+  static void decide(const SurfaceModel& model, const RayBatch& rays, Hits wanted, const Cast& cast_first,
+                     HitList& hits);
 
  private:
   struct Hit {
@@ -40,7 +41,8 @@ class HitDecision {
   };
 
   static std::vector<RayHits> flagged_rays(const HitList& hits);
-  static void decide_ray(const RootDecider& decider, const Bounds& bounds, const Ray& ray, Hits wanted, RayHits& ray_hits);
+  static void decide_ray(const RootDecider& decider, const Bounds& bounds, const Ray& ray, Hits wanted,
+                         RayHits& ray_hits);
   static void cast_again(const RootDecider& decider, const Bounds& bounds, const RayBatch& rays, const Cast& cast_first,
                          std::vector<RayHits>& all);
   static void write(const std::vector<RayHits>& changed, const RayBatch& rays, HitList& hits);

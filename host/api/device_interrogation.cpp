@@ -81,9 +81,7 @@ class DeviceInterrogation final : public Interrogation {
     find(rays, options, hits);
     HitDecision::decide(
         *model_, rays, options.hits,
-        [&](const RayBatch& rest, HitList& found) {
-          find(rest, {.hits = Hits::first, .tile = options.tile}, found);
-        },
+        [&](const RayBatch& rest, HitList& found) { find(rest, {.hits = Hits::first, .tile = options.tile}, found); },
         hits);
     if (options.properties != 0)
       measure({hits.locations_, hits.coordinates_, {}}, options.properties, {}, hits.properties_);

@@ -13,12 +13,12 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
-constexpr int most_models = 48;            // of one call of find,
+constexpr int most_models = 48;                   // of one call of find,
 constexpr std::size_t most_operations = 100'000;  // of long expressions
-constexpr double least_part = 0x1p-20;     // of a model's stretch: bisection ends there
-constexpr double split_at = 0.48828125;    // of a part: not in its middle, where roots of simple surfaces are
-constexpr double shrinking = 0.7;          // a part that is modelled again must be shorter by this factor
-constexpr double float_rounding = 0x1p-26; // of t: closer than this nobody can see
+constexpr double least_part = 0x1p-20;            // of a model's stretch: bisection ends there
+constexpr double split_at = 0.48828125;           // of a part: not in its middle, where roots of simple surfaces are
+constexpr double shrinking = 0.7;                 // a part that is modelled again must be shorter by this factor
+constexpr double float_rounding = 0x1p-26;        // of t: closer than this nobody can see
 
 struct Model {
   enum class Kind { none, polynomial, unknown } kind = Kind::unknown;
@@ -34,10 +34,10 @@ struct Stretch {
 };
 
 struct Part {
-  double low, high;                // of s
+  double low, high;  // of s
   enum class Kind { one, open } kind;
   bool low_certain, high_certain;
-  double slope;                    // of one: the least steepness
+  double slope;  // of one: the least steepness
 };
 
 // Polar form of the polynomial: its Bernstein coefficients on any part.
@@ -74,7 +74,8 @@ class Bisection {
                                      polar(c_, high, high, high)};
     const auto [least, most] = std::minmax_element(b.begin(), b.end());
     if (*least > error_ || *most < -error_) return;
-    const auto [flat, steep] = std::minmax({slope_polar(c_, low, low), slope_polar(c_, low, high), slope_polar(c_, high, high)});
+    const auto [flat, steep] =
+        std::minmax({slope_polar(c_, low, low), slope_polar(c_, low, high), slope_polar(c_, high, high)});
     const bool monotone = flat > slope_error_ || steep < -slope_error_;
     const int first = sign_of(b[0], error_), last = sign_of(b[3], error_);
     if (monotone && first * last > 0) return;
@@ -127,8 +128,8 @@ class Line {
     if (model.kind == Model::Kind::none) return;
     if (model.kind == Model::Kind::unknown) return halve(stretch);
     for (const Part& part : Bisection(model).parts(stretch.low_certain, stretch.high_certain)) {
-      const Stretch place{std::max(stretch.low, middle + part.low * half), std::min(stretch.high, middle + part.high * half),
-                          part.low_certain, part.high_certain};
+      const Stretch place{std::max(stretch.low, middle + part.low * half),
+                          std::min(stretch.high, middle + part.high * half), part.low_certain, part.high_certain};
       if (part.kind == Part::Kind::one) {
         refine(model, part, middle, half, 0);
       } else if (place.high - place.low < shrinking * length) {
@@ -197,7 +198,8 @@ class Line {
   // On to shorter models, split where the sign is certain.
   void halve(const Stretch& stretch) {
     const double length = stretch.high - stretch.low;
-    if (length > float_rounding * std::max(std::abs(stretch.low), std::abs(stretch.high)) && models_ + 2 <= most_models_) {
+    if (length > float_rounding * std::max(std::abs(stretch.low), std::abs(stretch.high)) &&
+        models_ + 2 <= most_models_) {
       for (const double part : {split_at, 0.34, 0.67}) {
         const double at = stretch.low + part * length;
         const Series here = series(at, at, 0);
@@ -212,7 +214,8 @@ class Line {
   }
 
   void report(const Stretch& stretch) {
-    const auto kind = stretch.low_certain && stretch.high_certain ? LineRoot::Kind::touching : LineRoot::Kind::undecided;
+    const auto kind =
+        stretch.low_certain && stretch.high_certain ? LineRoot::Kind::touching : LineRoot::Kind::undecided;
     roots_.push_back({stretch.low, stretch.high, kind});
   }
 
@@ -233,12 +236,15 @@ class Line {
     }
     const double off = (model.error + std::abs(polar(model.c, s, s, s))) / part.slope + 4 * epsilon;
     const double first = std::max(part.low, s - off), last = std::min(part.high, s + off);
-    const double from = std::nextafter(middle + first * half, -infinity), to = std::nextafter(middle + last * half, infinity);
+    const double from = std::nextafter(middle + first * half, -infinity),
+                 to = std::nextafter(middle + last * half, infinity);
     // Seldom the model is coarser than what floats can say.
     if (again < 3 && models_ < most_models_ && to - from > float_rounding * std::max(std::abs(from), std::abs(to))) {
-      const double between = from + 0.5 * (to - from), reach = std::nextafter(std::max(to - between, between - from), infinity);
+      const double between = from + 0.5 * (to - from),
+                   reach = std::nextafter(std::max(to - between, between - from), infinity);
       const Model close = model_of(between, reach);
-      const std::vector<Part> parts = close.kind == Model::Kind::polynomial ? Bisection(close).parts(false, false) : std::vector<Part>();
+      const std::vector<Part> parts =
+          close.kind == Model::Kind::polynomial ? Bisection(close).parts(false, false) : std::vector<Part>();
       if (parts.size() == 1 && parts[0].kind == Part::Kind::one && 2 * reach < 0.5 * (part.high - part.low) * half)
         return refine(close, parts[0], between, reach, again + 1);
     }

@@ -56,7 +56,9 @@ Series with_flags_of(Series r, const Series& a) {
   r.nowhere = r.nowhere || a.nowhere;
   return r;
 }
-Series with_flags_of(const Series& r, const Series& a, const Series& b) { return with_flags_of(with_flags_of(r, a), b); }
+Series with_flags_of(const Series& r, const Series& a, const Series& b) {
+  return with_flags_of(with_flags_of(r, a), b);
+}
 
 // Of which only the value is known.
 Series value_only(const Interval& value, const Series& a, const Series& b) {
@@ -111,7 +113,8 @@ Series chain(const Interval& value, const Coefficients& g, const Series& u) {
   r.at[1] = g[1] * u1;
   r.at[2] = g[1] * u2 + g[2] * u1_squared;
   r.at[3] = g[1] * u3 + two * (g[2] * (u1 * u2)) + g[3] * (u1 * u1_squared);
-  r.at[4] = g[1] * u4 + g[2] * (two * (u1 * u3) + square(u2)) + three * (g[3] * (u1_squared * u2)) + g[4] * square(u1_squared);
+  r.at[4] = g[1] * u4 + g[2] * (two * (u1 * u3) + square(u2)) + three * (g[3] * (u1_squared * u2)) +
+            g[4] * square(u1_squared);
   r.defined = value.defined;
   r.continuous = value.defined;
   return with_flags_of(r, u);
@@ -224,7 +227,8 @@ Series elementary(Op op, const Series& u) {
   const Bound g = bound_of(value);
   const auto other = [&](Op of) { return bound_of(value_of(of, at)); };
   switch (op) {
-    case Op::exponential: return chain(value, of_cycle({g, g, g, g}), u);
+    case Op::exponential:
+      return chain(value, of_cycle({g, g, g, g}), u);
     case Op::sine: {
       const Bound cosine = other(Op::cosine);
       return chain(value, of_cycle({g, cosine, -g, -cosine}), u);
@@ -241,14 +245,22 @@ Series elementary(Op op, const Series& u) {
       const Bound sine = other(Op::hyperbolic_sine);
       return chain(value, of_cycle({g, sine, g, sine}), u);
     }
-    case Op::tangent: return chain(value, of_tangent(g, 1), u);
-    case Op::hyperbolic_tangent: return chain(value, of_tangent(g, -1), u);
-    case Op::arctangent: return chain(value, of_arctangent(at), u);
-    case Op::arcsine: return chain(value, of_arcsine(at), u);
-    case Op::arccosine: return chain(value, negated(of_arcsine(at)), u);
-    case Op::square_root: return chain(value, of_power(at, 0.5, g), u);
-    case Op::logarithm: return chain(value, of_logarithm(at), u);
-    default: return value_only(value, u, u);
+    case Op::tangent:
+      return chain(value, of_tangent(g, 1), u);
+    case Op::hyperbolic_tangent:
+      return chain(value, of_tangent(g, -1), u);
+    case Op::arctangent:
+      return chain(value, of_arctangent(at), u);
+    case Op::arcsine:
+      return chain(value, of_arcsine(at), u);
+    case Op::arccosine:
+      return chain(value, negated(of_arcsine(at)), u);
+    case Op::square_root:
+      return chain(value, of_power(at, 0.5, g), u);
+    case Op::logarithm:
+      return chain(value, of_logarithm(at), u);
+    default:
+      return value_only(value, u, u);
   }
 }
 
@@ -287,7 +299,9 @@ Series arctangent2(const Series& y, const Series& x) {
     r.at[series_order] = whole;
     return r;
   };
-  const auto squared = [](const Series& a) { return chain(value_of(Op::power_integer, a.at[0], {}, 2), of_power_integer(a.at[0], 2), a); };
+  const auto squared = [](const Series& a) {
+    return chain(value_of(Op::power_integer, a.at[0], {}, 2), of_power_integer(a.at[0], 2), a);
+  };
   const Series turn = quotient(sum(product(x, slope(y)), negative(product(y, slope(x)))), sum(squared(x), squared(y)));
   Series r;
   r.at[0] = bound_of(value);
@@ -404,7 +418,8 @@ Series evaluate(const Program& program, std::span<const Series> variables, std::
   const auto operation = [](Op op, double value, const Series& a, const Series& b, const Series& c, const Series& d) {
     return apply(op, value, a, b, c, d);
   };
-  run_program<Series>(program, [&](std::size_t i) { return variables[i]; }, operation, result, scratch);
+  run_program<Series>(
+      program, [&](std::size_t i) { return variables[i]; }, operation, result, scratch);
   return result[0];
 }
 

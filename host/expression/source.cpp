@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <limits>
 
 #include "smurf/error.hpp"
 
@@ -40,13 +42,20 @@ std::vector<bool> constants_with_names(const Program& program) {
 
 std::string_view device_word(Op op) { return words[std::size_t(op)]; }
 
-float device_constant(double value) {
+DeviceConstant device_constant(double value) {
+  constexpr float least = std::numeric_limits<float>::min();
+  if (value == 0) return {0, 0};
+  if (std::abs(value) < double(least)) return {0, value > 0 ? 2 * least : -2 * least};
   const float rounded = float(value);
-  if (!std::isfinite(rounded))
+  if (!(std::abs(value) <= double(std::numeric_limits<float>::max())))
     throw Error(ErrorCode::input, fmt::format("the constant {} of an expression is too great for single precision, "
                                               "which reaches 3.4e38; scale the expression",
                                               value));
-  return rounded;
+  if (double(rounded) == value) return {rounded, 0};
+  const bool upwards = value > double(rounded);
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  const float gap = std::abs(std::nextafter(rounded, upwards ? infinity : -infinity) - rounded);
+  return {rounded, upwards ? std::max(gap, least) : -std::max(gap, least)};
 }
 
 std::string float_literal(float value) {
@@ -77,11 +86,18 @@ std::string device_source(const Graph& graph, std::span<const NodeId> roots, std
     std::string arguments = decided;
     const auto add = [&](const std::string& argument) { arguments += (arguments.empty() ? "" : ", ") + argument; };
     for (int i = 0; i < (constant ? 1 : arity(node.op)); i++) add(name(node.arguments[std::size_t(i)]));
-    if (constant) add(float_literal(device_constant(program.nodes[node.arguments[1]].value)));
-    if (node.op == Op::constant) add(float_literal(device_constant(node.value)));
+    std::string_view suffix = decided.empty() ? "" : "_BY";
+    std::string_view word = words[std::size_t(node.op)];
+    if (constant || node.op == Op::constant) {
+      const DeviceConstant c = device_constant(constant ? program.nodes[node.arguments[1]].value : node.value);
+      add(float_literal(c.value));
+      if (c.way != 0) add(float_literal(c.way));
+      if (constant) suffix = c.way != 0 ? "_INEXACT" : "_CONSTANT";
+      if (!constant && c.way != 0) word = "INEXACT";
+    }
     if (node.op == Op::power_integer) add(fmt::format("{}", int(node.value)));
-    fmt::format_to(std::back_inserter(text), "    NUMBER {} = OP_{}{}({});\n", name(NodeId(id)),
-                   words[std::size_t(node.op)], constant ? "_CONSTANT" : (decided.empty() ? "" : "_BY"), arguments);
+    fmt::format_to(std::back_inserter(text), "    NUMBER {} = OP_{}{}({});\n", name(NodeId(id)), word, suffix,
+                   arguments);
   }
   names.clear();
   for (const NodeId root : program.roots) names.push_back(name(root));

@@ -12,11 +12,12 @@
 //   HYPERBOLIC_SINE HYPERBOLIC_COSINE HYPERBOLIC_TANGENT                        (a)
 //   ADD SUBTRACT MULTIPLY DIVIDE POWER ARCTANGENT2 MINIMUM MAXIMUM MODULO       (a, b)
 //   ADD_CONSTANT MULTIPLY_CONSTANT                                              (a, c)
+//   INEXACT(c, e)  ADD_INEXACT MULTIPLY_INEXACT                                 (a, c, e)
 //   POWER_INTEGER                                                               (a, n), n an int literal
 //   CHOOSE                                                                      (a, b, c, d): a <= b ? c : d
 //
-// Here a, b, ... are names; c is a float literal, with its sign and the suffix f. Constants are rounded to float: an
-// interval arithmetic must widen them by half a unit in the last place, and what is too small for a float becomes 0.
+// Here a, b, ... are names; c and e are float literals, with their sign and the suffix f. Constants are rounded to float. What is no
+// float is an inexact constant (DeviceConstant), of which arithmetics that prove something must take account.
 //
 // Operations that are decided otherwise, which of its arguments a minimum takes or which sign an absolute value's argument has, are
 // written OP_<NAME>_BY(decision, arguments).
@@ -42,8 +43,14 @@ std::string device_source(const Graph& graph, std::span<const NodeId> roots, std
 // The name of an operation in the vocabulary; a variable has none.
 std::string_view device_word(Op op);
 
-// A constant as devices have it: rounded to float. Throws Error (input) when it is too great.
-float device_constant(double value);
+// A constant as devices have it: the nearest float, and the way to another one so that the constant lies between both, at most half
+// of the way off; 0 where it is exact. Ways are powers of two of 2^-126 or more: floats have gaps that wide about 0, where devices have
+// no others.
+struct DeviceConstant {
+  float value, way;
+};
+// Throws Error (input) when it is too great.
+DeviceConstant device_constant(double value);
 
 // A literal that reads back to the same float in both languages.
 std::string float_literal(float value);

@@ -60,11 +60,11 @@ NodeId equal_argument(const Node& node, std::span<const Interval> values) {
 
 }  // namespace
 
-Program float_program(const Graph& graph, NodeId root) {
+Program device_program(const Graph& graph, NodeId root) {
   const std::vector<NodeId> roots{root};
   Program program = make_program(graph, roots);
-  for (Node& node : program.nodes) {
-    if (node.op == Op::constant) node.value = device_constant(node.value);
+  for (const Node& node : program.nodes) {
+    if (node.op == Op::constant) device_constant(node.value);
   }
   return program;
 }
@@ -154,11 +154,11 @@ Tape make_tape(const Program& program) {
                                                 count, most_registers));
     }
     std::uint32_t code = std::uint32_t(node.op), more = 0;
-    if (constant) {
-      code = node.op == Op::add ? add_constant : multiply_constant;
-      more = std::bit_cast<std::uint32_t>(float(program.nodes[node.arguments[1]].value));
-    } else if (node.op == Op::constant) {
-      more = std::bit_cast<std::uint32_t>(float(node.value));
+    if (constant) code = node.op == Op::add ? add_constant : multiply_constant;
+    if (constant || node.op == Op::constant) {
+      const DeviceConstant c = device_constant(constant ? program.nodes[node.arguments[1]].value : node.value);
+      more = std::bit_cast<std::uint32_t>(c.value);
+      from[1] = std::bit_cast<std::uint32_t>(c.way) >> (5 + 2 * register_bits);
     } else if (node.op == Op::power_integer || node.op == Op::variable) {
       more = std::uint32_t(int(node.value));
     } else {
@@ -186,11 +186,11 @@ std::string interpreter_source(const Program& program, const Interpreter& words)
   for (const int code : codes) {
     std::string value;
     if (code == add_constant || code == multiply_constant) {
-      value = fmt::format("OP_{}_CONSTANT(a, as_plain_real(more))", code == add_constant ? "ADD" : "MULTIPLY");
+      value = fmt::format("OP_{}_INEXACT(a, as_plain_real(more), way)", code == add_constant ? "ADD" : "MULTIPLY");
     } else {
       const Op op = Op(code);
       const std::string_view word = device_word(op);
-      if (op == Op::constant) value = "OP_CONSTANT(as_plain_real(more))";
+      if (op == Op::constant) value = "OP_INEXACT(as_plain_real(more), way)";
       if (op == Op::variable) value = fmt::format("{}", words.variable);
       if (op == Op::power_integer) value = "OP_POWER_INTEGER(a, more)";
       if (op == Op::choose) value = "OP_CHOOSE(a, b, registers[more & 511], registers[(more >> 9) & 511])";
@@ -211,7 +211,8 @@ std::string interpreter_source(const Program& program, const Interpreter& words)
       int code = load_uniform_integer(tape.words, at + 2 + 2 * i);
       int more = load_uniform_integer(tape.words, at + 3 + 2 * i);
       NUMBER a = registers[(code >> 14) & 511];
-      NUMBER b = registers[(code >> 23) & 511];
+      NUMBER b = registers[(code >> 23) & (TAPE_REGISTERS - 1)];  // constants have no second argument
+      float way = as_plain_real(code & -8388608);
       NUMBER r = a;
       switch (code & 31) {{
 {cases}      }}

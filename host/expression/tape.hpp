@@ -15,8 +15,8 @@
 
 namespace smurf::expression {
 
-// A program of one root whose constants are floats, as they are on a device. Throws Error (input) when one is too great.
-Program float_program(const Graph& graph, NodeId root);
+// A program of one root for a device. Throws Error (input) when a constant is too great for it.
+Program device_program(const Graph& graph, NodeId root);
 
 // What each node of the program is on a box of its variables.
 void evaluate(const Program& program, std::span<const Interval> variables, std::vector<Interval>& values);
@@ -27,6 +27,7 @@ Program pruned(const Program& program, std::span<const Interval> values);
 // A tape, in words: the number of operations, the register of the result, then two words for each operation:
 //   operation (5 bits), register of the result, first, second argument (9 bits each);
 //   a float constant, an exponent or the number of a variable, or third and fourth argument (9 bits each).
+// In place of a second argument constants have the upper 9 bits of their way (DeviceConstant), which are all that a power of two needs.
 struct Tape {
   std::vector<std::uint32_t> words;
   int registers = 0;

@@ -372,8 +372,7 @@ void cut_to_domain(const ImplicitDomain& domain, const glm::dvec3& origin, const
   if (domain.radius > 0) {
     const double size = glm::dot(direction, direction), middle = -glm::dot(origin, direction) / size;
     const glm::dvec3 nearest = origin + middle * direction;
-    const double reach =
-        std::sqrt(std::max(domain.radius * domain.radius - glm::dot(nearest, nearest), 0.0) / size);
+    const double reach = std::sqrt(std::max(domain.radius * domain.radius - glm::dot(nearest, nearest), 0.0) / size);
     enter = std::max(enter, middle - reach);
     leave = std::min(leave, middle + reach);
   }

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 
 #include "surfaces/active_cells.hpp"
 
@@ -38,7 +39,10 @@ std::array<std::uint32_t, IMPLICIT_PARAMETER_WORDS> parameter_words(const Implic
     put_real(IMPLICIT_DOMAIN + 3 + axis, surface.domain.upper[axis]);
   }
   put_real(IMPLICIT_DOMAIN + 6, surface.domain.radius);
-  put_real(IMPLICIT_LEVEL, surface.level);
+  // What devices would take for zero is rounded away from it.
+  const double least = double(std::numeric_limits<float>::min());
+  const bool small = surface.level != 0 && std::abs(surface.level) < least;
+  put_real(IMPLICIT_LEVEL, small ? std::copysign(least, surface.level) : surface.level);
   put_real(IMPLICIT_SIDE, int(surface.side));
   put_real(IMPLICIT_CELL, grid.size);
   return words;

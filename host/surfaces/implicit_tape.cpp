@@ -170,7 +170,7 @@ class ResidentTape final : public ResidentSurface {
         domain_(surface.domain),
         grid_(domain_, most_cells),
         function_(surface.function),
-        program_(expression::float_program(function_->graph, function_->value)),
+        program_(expression::device_program(function_->graph, function_->value)),
         whole_(expression::make_tape(program_)) {
     modules_["surface"] = embedded_core("implicit.inc");
     modules_["models"] = embedded_core("tape_cells.inc");
@@ -203,7 +203,7 @@ class ResidentTape final : public ResidentSurface {
  private:
   void make(const ImplicitSurface& surface) {
     parameters_.write(parameter_words(surface, grid_));
-    const CellSearch search(program_, grid_, double(float(surface.level)));
+    const CellSearch search(program_, grid_, surface.level);
     // The whole tape stands first, for points in blocks without a root.
     std::vector<std::uint32_t> words = whole_.words;
     std::map<std::vector<std::uint32_t>, std::uint32_t> known;
