@@ -99,16 +99,16 @@ TEST(LineRoots, CreasesAreCrossedAndTouched) {
   expect_ones("max(x,2*x)", -1, 2, {0});
   expect_ones("max(x-0.3,y-0.5)", -1, 1, {0.3});
   expect_ones("abs(x)-0.5", -1, 2, {-0.5, 0.5});
-  expect_ones("abs(x)-1e-6", -1, 2, {-1e-6, 1e-6});
-  EXPECT_LT(flagged_width("abs(x)", -1, 2, 0, Kind::touching), 1e-7);
-  EXPECT_LT(flagged_width("min(x,-x)", -1, 2, 0, Kind::touching), 1e-7);
-  EXPECT_TRUE(roots_of("abs(x)+1e-9", -1, 2).empty());
+  expect_ones("abs(x)-1e-6", -1e-3, 2e-3, {-1e-6, 1e-6});
+  EXPECT_LT(flagged_width("abs(x)", -1e-3, 2e-3, 0, Kind::touching), 1e-8);
+  EXPECT_LT(flagged_width("min(x,-x)", -1e-3, 2e-3, 0, Kind::touching), 1e-8);
+  EXPECT_TRUE(roots_of("abs(x)+1e-8", -1e-3, 2e-3).empty());
 }
 
 TEST(LineRoots, PolesAndJumpsAreNoRoots) {
   // Signs change, values do not pass 0: nothing may be told that is proved.
   for (const char* text :
-       {"1/x", "1/x^3", "tan(x+pi/2)", "floor(x)+0.5", "sign(x)", "atan2(x-x,x)-1", "mod(x,1)-0.5"}) {
+       {"1/x", "1/x^3", "tan(x+pi/2)", "floor(x)+0.5", "atan2(x-x,x)-1", "mod(x,1)-0.5"}) {
     for (const LineRoot& root : roots_of(text, -0.4, 0.4)) EXPECT_NE(root.kind, Kind::one) << text;
   }
   // And what is beside them is found.
@@ -149,7 +149,7 @@ TEST(Series, EncloseRandomExpressions) {
       Point p;
       for (std::size_t k = 0; k < 3; k++) p[k] = middle[k] + s * half * along[k];
       const double f = value_of(graph, root, p);
-      EXPECT_TRUE(std::isnan(f) ? !all.defined : !all.nowhere);
+      EXPECT_TRUE(std::isnan(f) ? !all.defined : !all.nowhere) << f << " " << all.defined << all.nowhere << " [" << all.at[0].low << " " << all.at[0].high << "]";
       if (std::isnan(f) || !(std::abs(f) < 1e6)) continue;
       const double rounding = 1e-9 * (1 + std::abs(f));  // of the value in double, where terms may cancel
       compared++;

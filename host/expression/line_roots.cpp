@@ -13,11 +13,12 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
-constexpr int most_models = 48;                   // of one call of find,
+constexpr int most_models = 64;                   // of one call of find,
 constexpr std::size_t most_operations = 100'000;  // of long expressions
 constexpr double least_part = 0x1p-20;            // of a model's stretch: bisection ends there
 constexpr double split_at = 0.48828125;           // of a part: not in its middle, where roots of simple surfaces are
 constexpr double shrinking = 0.7;                 // a part that is modelled again must be shorter by this factor
+constexpr double least_stretch = 0x1p-20;         // of the whole: poles and jumps are followed so far
 constexpr double float_rounding = 0x1p-26;        // of t: closer than this nobody can see
 
 struct Model {
@@ -37,7 +38,7 @@ struct Part {
   double low, high;  // of s
   enum class Kind { one, open } kind;
   bool low_certain, high_certain;
-  double slope;  // of one: the least steepness
+  double slope;  // of one: the flattest there, with its sign
 };
 
 // Polar form of the polynomial: its Bernstein coefficients on any part.
@@ -54,6 +55,13 @@ int sign_of(double value, double error) { return value > error ? 1 : value < -er
 class Bisection {
  public:
   explicit Bisection(const Model& model) : c_(model.c), error_(model.error), slope_error_(model.slope_error) {}
+
+  // The slope that is nearest to 0 on a part, with its sign; 0 where it may have both.
+  double flattest(double low, double high) const {
+    const auto [least, most] =
+        std::minmax({slope_polar(c_, low, low), slope_polar(c_, low, high), slope_polar(c_, high, high)});
+    return least > slope_error_ ? least - slope_error_ : most < -slope_error_ ? most + slope_error_ : 0;
+  }
 
   std::vector<Part> parts(bool low_certain, bool high_certain) {
     parts_.clear();
@@ -74,15 +82,11 @@ class Bisection {
                                      polar(c_, high, high, high)};
     const auto [least, most] = std::minmax_element(b.begin(), b.end());
     if (*least > error_ || *most < -error_) return;
-    const auto [flat, steep] =
-        std::minmax({slope_polar(c_, low, low), slope_polar(c_, low, high), slope_polar(c_, high, high)});
-    const bool monotone = flat > slope_error_ || steep < -slope_error_;
     const int first = sign_of(b[0], error_), last = sign_of(b[3], error_);
-    if (monotone && first * last > 0) return;
-    if (monotone && first * last < 0) {
-      const double slope = (flat > 0 ? flat : -steep) - slope_error_;
-      parts_.push_back({low, high, Part::Kind::one, true, true, slope});
-      return;
+    if (first * last != 0) {
+      const double slope = flattest(low, high);
+      if (slope != 0 && first == last) return;
+      if (slope != 0) return parts_.push_back({low, high, Part::Kind::one, true, true, slope});
     }
     const bool within = *least >= -error_ && *most <= error_;
     if (within || high - low < 2 * least_part) {
@@ -110,13 +114,14 @@ class Bisection {
 // The work on one line.
 class Line {
  public:
-  Line(const Program& program, double level, const glm::dvec3& origin, const glm::dvec3& direction,
-       std::vector<LineRoot>& roots)
+  Line(const Program& program, double level, const glm::dvec3& origin, const glm::dvec3& direction, double low,
+       double high, std::vector<LineRoot>& roots)
       : program_(program),
         level_(level),
         origin_(origin),
         direction_(direction),
         roots_(roots),
+        shortest_(std::max(least_stretch * (high - low), float_rounding * std::max(std::abs(low), std::abs(high)))),
         most_models_(std::clamp(int(most_operations / program.nodes.size()), 6, most_models)) {}
 
   void settle(const Stretch& stretch) {
@@ -131,7 +136,7 @@ class Line {
       const Stretch place{std::max(stretch.low, middle + part.low * half),
                           std::min(stretch.high, middle + part.high * half), part.low_certain, part.high_certain};
       if (part.kind == Part::Kind::one) {
-        refine(model, part, middle, half, 0);
+        refine(model, part, middle, half);
       } else if (place.high - place.low < shrinking * length) {
         settle(place);
       } else if (model.rounding < 0.5 * model.error) {
@@ -177,11 +182,12 @@ class Line {
       slope_rest = series_order * rest;
     }
     double terms = 0, slope_terms = 0, sizes = 0;
+    const bool linear = !all.at[series_order].is_finite();
     for (std::size_t k = 0; k < c.size(); k++) {
       if (!c[k].is_finite()) return model;
       model.c[k] = 0.5 * c[k].low + 0.5 * c[k].high;
       const double radius = std::max(c[k].high - model.c[k], model.c[k] - c[k].low);
-      terms += radius;
+      (linear && k == 1 ? rest : terms) += radius;  // a slope over the stretch is no matter of rounding
       slope_terms += double(k) * radius;
       sizes += double(k + 1) * std::abs(model.c[k]);
     }
@@ -198,8 +204,7 @@ class Line {
   // On to shorter models, split where the sign is certain.
   void halve(const Stretch& stretch) {
     const double length = stretch.high - stretch.low;
-    if (length > float_rounding * std::max(std::abs(stretch.low), std::abs(stretch.high)) &&
-        models_ + 2 <= most_models_) {
+    if (length > shortest_ && models_ + 2 <= most_models_) {
       for (const double part : {split_at, 0.34, 0.67}) {
         const double at = stretch.low + part * length;
         const Series here = series(at, at, 0);
@@ -216,39 +221,65 @@ class Line {
   void report(const Stretch& stretch) {
     const auto kind =
         stretch.low_certain && stretch.high_certain ? LineRoot::Kind::touching : LineRoot::Kind::undecided;
-    roots_.push_back({stretch.low, stretch.high, kind});
+    // What touches is one: so it is where the models are used up.
+    if (!roots_.empty() && roots_.back().kind != LineRoot::Kind::one && roots_.back().high == stretch.low) {
+      roots_.back().high = stretch.high;
+      roots_.back().kind = std::max(roots_.back().kind, kind);
+    } else {
+      roots_.push_back({stretch.low, stretch.high, kind});
+    }
   }
 
-  // The root of a part that holds exactly one.
-  void refine(const Model& model, const Part& part, double middle, double half, int again) {
-    double low = part.low, high = part.high;
-    const bool rising = polar(model.c, low, low, low) < 0;
-    double s = 0.5 * (low + high);
+  struct Enclosure {
+    double low, high;
+    double middle() const { return low + 0.5 * (high - low); }
+    double half() const { return std::nextafter(std::max(high - middle(), middle() - low), infinity); }
+  };
+
+  // The root of a part that holds exactly one, as closely as floats can say.
+  void refine(const Model& model, const Part& part, double middle, double half) {
+    Enclosure e = root_of(model, part, middle, half);
+    const auto shrinks = [&](const Enclosure& next) { return next.high - next.low < shrinking * (e.high - e.low); };
+    while (e.high - e.low > float_rounding * std::max(std::abs(e.low), std::abs(e.high)) && models_ < most_models_) {
+      const Model close = model_of(e.middle(), e.half());
+      const double slope = close.kind == Model::Kind::polynomial ? Bisection(close).flattest(-1, 1) : 0;
+      Enclosure next = e;
+      if (slope != 0) next = root_of(close, {-1, 1, Part::Kind::one, true, true, slope}, e.middle(), e.half());
+      if (!shrinks(next)) next = halved(e, part.slope > 0);
+      if (!shrinks(next)) break;
+      e = {std::max(e.low, next.low), std::min(e.high, next.high)};
+    }
+    roots_.push_back({e.low, e.high, LineRoot::Kind::one});
+  }
+
+  // By the model: where its polynomial vanishes, and how far off the function can do so.
+  static Enclosure root_of(const Model& model, const Part& part, double middle, double half) {
+    const double s = polynomial_root(model, part);
+    const double off = (model.error + std::abs(polar(model.c, s, s, s))) / std::abs(part.slope) + 4 * epsilon;
+    return {std::nextafter(middle + std::max(part.low, s - off) * half, -infinity),
+            std::nextafter(middle + std::min(part.high, s + off) * half, infinity)};
+  }
+
+  // By the sign in the middle, if it is certain.
+  Enclosure halved(const Enclosure& e, bool rising) {
+    const Series here = series(e.middle(), e.middle(), 0);
+    if (!here.defined || here.at[0].contains_zero()) return e;
+    return (here.at[0].low > 0) == rising ? Enclosure{e.low, e.middle()} : Enclosure{e.middle(), e.high};
+  }
+
+  // Newton's method, kept between ends of different sign.
+  static double polynomial_root(const Model& model, const Part& part) {
+    double low = part.low, high = part.high, s = 0.5 * (low + high);
     for (int i = 0; i < 100 && high - low > 2 * epsilon; i++) {
       const double value = polar(model.c, s, s, s), slope = slope_polar(model.c, s, s);
-      ((value < 0) == rising ? low : high) = s;
+      ((value < 0) == (part.slope > 0) ? low : high) = s;
       const double newton = s - value / slope;
       const bool inside = newton > low && newton < high && i % 4 != 3;  // now and then by bisection
       const double next = inside ? newton : 0.5 * (low + high);
-      const bool done = inside && std::abs(next - s) < 2 * epsilon;
+      if (inside && std::abs(next - s) < 2 * epsilon) return next;
       s = next;
-      if (done) break;
     }
-    const double off = (model.error + std::abs(polar(model.c, s, s, s))) / part.slope + 4 * epsilon;
-    const double first = std::max(part.low, s - off), last = std::min(part.high, s + off);
-    const double from = std::nextafter(middle + first * half, -infinity),
-                 to = std::nextafter(middle + last * half, infinity);
-    // Seldom the model is coarser than what floats can say.
-    if (again < 3 && models_ < most_models_ && to - from > float_rounding * std::max(std::abs(from), std::abs(to))) {
-      const double between = from + 0.5 * (to - from),
-                   reach = std::nextafter(std::max(to - between, between - from), infinity);
-      const Model close = model_of(between, reach);
-      const std::vector<Part> parts =
-          close.kind == Model::Kind::polynomial ? Bisection(close).parts(false, false) : std::vector<Part>();
-      if (parts.size() == 1 && parts[0].kind == Part::Kind::one && 2 * reach < 0.5 * (part.high - part.low) * half)
-        return refine(close, parts[0], between, reach, again + 1);
-    }
-    roots_.push_back({from, to, LineRoot::Kind::one});
+    return s;
   }
 
   const Program& program_;
@@ -256,6 +287,7 @@ class Line {
   const glm::dvec3 origin_, direction_;
   std::vector<LineRoot>& roots_;
   std::vector<Series> scratch_;
+  const double shortest_;
   const int most_models_;
   int models_ = 0;
 };
@@ -271,7 +303,7 @@ LineRoots::LineRoots(const Graph& graph, NodeId f, double level) : program_(prog
 
 void LineRoots::find(const glm::dvec3& origin, const glm::dvec3& direction, double low, double high,
                      std::vector<LineRoot>& roots) const {
-  if (low <= high) Line(program_, level_, origin, direction, roots).settle({low, high, false, false});
+  if (low <= high) Line(program_, level_, origin, direction, low, high, roots).settle({low, high, false, false});
 }
 
 }  // namespace smurf::expression

@@ -281,7 +281,7 @@ Series power(const Series& a, const Series& b) {
     if (std::floor(p) == p && std::abs(p) <= largest_integer_exponent)
       return with_flags_of(chain(value, of_power_integer(a.at[0], int(p)), a), b);
     Series r = with_flags_of(chain(value, of_power(a.at[0], p, bound_of(value)), a), b);
-    r.nowhere = r.nowhere || a.at[0].high < 0;
+    r.nowhere = r.nowhere || (a.at[0].high < 0 && std::floor(p) != p);
     return r;
   }
   if (!(a.at[0].low > 0)) return value_only(value, a, b);
@@ -350,7 +350,9 @@ Series choose(const Series& a, const Series& b, const Series& c, const Series& d
   const bool first = a.at[0].high <= b.at[0].low, second = a.at[0].low > b.at[0].high;
   if (first || second) return with_flags_of(first ? c : d, a, b);
   const Bound either = hull(c.at[0], d.at[0]);
-  return with_flags_of(value_only({either.low, either.high, true}, a, b), c, d);
+  Series r = with_flags_of(value_only({either.low, either.high, true}, a, b), c, d);
+  r.nowhere = a.nowhere || b.nowhere || (c.nowhere && d.nowhere);
+  return r;
 }
 
 }  // namespace
