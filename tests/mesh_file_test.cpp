@@ -16,7 +16,7 @@
 #include "harness/refusal.hpp"
 #include "io/text_file.hpp"
 #include "reference/mesh.hpp"
-#include "reference/parallel.hpp"
+#include "parallel.hpp"
 #include "smurf/mesh.hpp"
 
 namespace smurf {

@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "exact_sum.hpp"
-#include "reference/parallel.hpp"
+#include "parallel.hpp"
 
 namespace smurf {
 namespace {
