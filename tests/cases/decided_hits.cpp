@@ -154,7 +154,7 @@ TEST(DecidedHits, PolesAndEndsOfDomainsAreNone) {
 TEST(DecidedHits, GrazedSpheres) {
   std::vector<Ray> list;
   for (int i = -24; i <= 24; i++) {
-    // y² off 1 by about 2^-i/2: 0 for the very tangent.
+    // From the very tangent outwards and inwards, in steps of a float.
     const float y = i == 0 ? 1.0f : std::nextafter(1.0f, i > 0 ? 2.0f : 0.0f) + float(i) * 0x1p-24f;
     list.push_back({{-2, y, 0}, {1, 0, 0}});
   }
@@ -178,7 +178,7 @@ TEST(DecidedHits, GrazedSpheres) {
         EXPECT_EQ(hits.status()[begin + k], HitStatus::isolated);
         const double t = 2 + (k == 0 ? -1 : 1) * std::sqrt(chord);
         EXPECT_LE(std::abs(hits.t()[begin + k] - t), hits.uncertainty()[begin + k] + 1e-12);
-        EXPECT_LE(hits.uncertainty()[begin + k], 1e-6f);
+        EXPECT_LT(hits.uncertainty()[begin + k], std::sqrt(chord)) << "which is the other one's side";
       }
     }
   }
