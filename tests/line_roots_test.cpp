@@ -103,12 +103,14 @@ TEST(LineRoots, CreasesAreCrossedAndTouched) {
   EXPECT_LT(flagged_width("abs(x)", -1e-3, 2e-3, 0, Kind::touching), 1e-8);
   EXPECT_LT(flagged_width("min(x,-x)", -1e-3, 2e-3, 0, Kind::touching), 1e-8);
   EXPECT_TRUE(roots_of("abs(x)+1e-8", -1e-3, 2e-3).empty());
+  // Where terms cancel the side is told by the slope.
+  expect_ones("abs(x^2-x+0.25)-1e-10", 0.4999, 0.5002, {0.5 - 1e-5, 0.5 + 1e-5});
+  expect_ones("max(x^2-x+0.25,1e-10*x)-1e-10", 0.4999, 0.5002, {0.5 - 1e-5, 0.5 + 1e-5});
 }
 
 TEST(LineRoots, PolesAndJumpsAreNoRoots) {
   // Signs change, values do not pass 0: nothing may be told that is proved.
-  for (const char* text :
-       {"1/x", "1/x^3", "tan(x+pi/2)", "floor(x)+0.5", "atan2(x-x,x)-1", "mod(x,1)-0.5"}) {
+  for (const char* text : {"1/x", "1/x^3", "tan(x+pi/2)", "floor(x)+0.5", "atan2(x-x,x)-1", "mod(x,1)-0.5"}) {
     for (const LineRoot& root : roots_of(text, -0.4, 0.4)) EXPECT_NE(root.kind, Kind::one) << text;
   }
   // And what is beside them is found.
@@ -134,14 +136,15 @@ TEST(Series, EncloseRandomExpressions) {
     const Program program = make_program(graph, roots);
     const Point middle = random.point(2), along = random.point(1);
     const double half = std::exp2(random.uniform(-12, -2));
+    std::vector<Series> nodes, scratch;
     const auto series = [&](double low, double high) {
       std::array<Series, 3> variables;
       for (std::size_t k = 0; k < 3; k++) {
         variables[k].at[0] = Bound{middle[k], middle[k]} + Bound{low, high} * Bound{along[k], along[k]};
         variables[k].at[1] = Bound{half, half} * Bound{along[k], along[k]};
       }
-      std::vector<Series> scratch;
-      return evaluate(program, std::span(variables).first(std::size_t(program.variables)), scratch);
+      const auto used = std::span<const Series>(variables).first(std::size_t(program.variables));
+      return low == high ? evaluate(program, used, nodes) : evaluate(program, used, nodes, scratch);
     };
     const Series here = series(0, 0), all = series(-half, half);
     for (int i = 0; i < 5; i++) {
@@ -149,7 +152,8 @@ TEST(Series, EncloseRandomExpressions) {
       Point p;
       for (std::size_t k = 0; k < 3; k++) p[k] = middle[k] + s * half * along[k];
       const double f = value_of(graph, root, p);
-      EXPECT_TRUE(std::isnan(f) ? !all.defined : !all.nowhere) << f << " " << all.defined << all.nowhere << " [" << all.at[0].low << " " << all.at[0].high << "]";
+      EXPECT_TRUE(std::isnan(f) ? !all.defined : !all.nowhere)
+          << f << " " << all.defined << all.nowhere << " [" << all.at[0].low << " " << all.at[0].high << "]";
       if (std::isnan(f) || !(std::abs(f) < 1e6)) continue;
       const double rounding = 1e-9 * (1 + std::abs(f));  // of the value in double, where terms may cancel
       compared++;

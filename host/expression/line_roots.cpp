@@ -148,32 +148,40 @@ class Line {
   }
 
  private:
+  // At one place, of t = at + half s.
+  Series series_at(double at, double half) { return with_level(evaluate(program_, points(at, at, half), middle_)); }
+  // All over the stretch about the latest place.
+  Series series_over(double low, double high, double half) {
+    return with_level(evaluate(program_, points(low, high, half), middle_, over_));
+  }
+  Series with_level(Series f) const {
+    f.at[0] = f.at[0] + Bound{-level_, -level_};
+    return f;
+  }
   // All points of the line with t in [low, high].
-  Series series(double low, double high, double half) {
-    std::array<Series, 3> variables;
+  std::span<const Series> points(double low, double high, double half) {
     const Bound along{low, high};
     for (int axis = 0; axis < 3; axis++) {
-      Series& x = variables[std::size_t(axis)];
+      Series& x = variables_[std::size_t(axis)];
       const Bound start{origin_[axis], origin_[axis]}, slope{direction_[axis], direction_[axis]};
       x.at[0] = start + along * slope;
       x.at[1] = Bound{half, half} * slope;
     }
-    Series f = evaluate(program_, std::span(variables).first(std::size_t(program_.variables)), scratch_);
-    f.at[0] = f.at[0] + Bound{-level_, -level_};
-    return f;
+    return std::span(variables_).first(std::size_t(program_.variables));
   }
 
   // Of t = middle + half s.
   Model model_of(double middle, double half) {
     models_++;
     Model model;
-    const Series all = series(std::nextafter(middle - half, -infinity), std::nextafter(middle + half, infinity), half);
+    const Series here = series_at(middle, half);
+    const Series all =
+        series_over(std::nextafter(middle - half, -infinity), std::nextafter(middle + half, infinity), half);
     if (all.nowhere || !all.at[0].contains_zero()) {
       model.kind = Model::Kind::none;
       return model;
     }
     if (!all.defined || !all.continuous || !all.at[1].is_finite()) return model;
-    const Series here = series(middle, middle, half);
     std::array<Bound, 4> c{here.at[0], all.at[1]};
     double rest = 0, slope_rest = 0;
     if (all.at[series_order].is_finite()) {
@@ -207,7 +215,7 @@ class Line {
     if (length > shortest_ && models_ + 2 <= most_models_) {
       for (const double part : {split_at, 0.34, 0.67}) {
         const double at = stretch.low + part * length;
-        const Series here = series(at, at, 0);
+        const Series here = series_at(at, 0);
         if (!(at > stretch.low && at < stretch.high)) break;
         if (!here.defined || here.at[0].contains_zero()) continue;
         settle({stretch.low, at, stretch.low_certain, true});
@@ -262,7 +270,7 @@ class Line {
 
   // By the sign in the middle, if it is certain.
   Enclosure halved(const Enclosure& e, bool rising) {
-    const Series here = series(e.middle(), e.middle(), 0);
+    const Series here = series_at(e.middle(), 0);
     if (!here.defined || here.at[0].contains_zero()) return e;
     return (here.at[0].low > 0) == rising ? Enclosure{e.low, e.middle()} : Enclosure{e.middle(), e.high};
   }
@@ -286,7 +294,8 @@ class Line {
   const double level_;
   const glm::dvec3 origin_, direction_;
   std::vector<LineRoot>& roots_;
-  std::vector<Series> scratch_;
+  std::array<Series, 3> variables_;
+  std::vector<Series> middle_, over_;  // of each node
   const double shortest_;
   const int most_models_;
   int models_ = 0;

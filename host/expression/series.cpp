@@ -414,15 +414,34 @@ Series apply(Op op, double value, const Series& a, const Series& b, const Series
 }
 // clang-format on
 
-Series evaluate(const Program& program, std::span<const Series> variables, std::vector<Series>& scratch) {
-  std::array<Series, 1> result;
-  require_fitting(program, variables.size(), result.size());
-  const auto operation = [](Op op, double value, const Series& a, const Series& b, const Series& c, const Series& d) {
-    return apply(op, value, a, b, c, d);
-  };
-  run_program<Series>(
-      program, [&](std::size_t i) { return variables[i]; }, operation, result, scratch);
-  return result[0];
+namespace {
+
+// Cuts the values to what the slope allows from the middle on.
+void cut_by_slope(Series& over, const Series& middle) {
+  if (!over.defined || !over.continuous || !middle.defined) return;
+  const Bound reach = middle.at[0] + over.at[1] * Bound{-1, 1};
+  over.at[0] = {std::max(over.at[0].low, reach.low), std::min(over.at[0].high, reach.high)};
+}
+
+}  // namespace
+
+Series evaluate(const Program& program, std::span<const Series> variables, std::span<const Series> middle,
+                std::vector<Series>& nodes) {
+  require_fitting(program, variables.size(), 1);
+  nodes.resize(program.nodes.size());
+  for (std::size_t i = 0; i < program.nodes.size(); i++) {
+    const Node& node = program.nodes[i];
+    const auto& from = node.arguments;
+    nodes[i] = node.op == Op::variable
+                   ? variables[std::size_t(node.value)]
+                   : apply(node.op, node.value, nodes[from[0]], nodes[from[1]], nodes[from[2]], nodes[from[3]]);
+    if (!middle.empty()) cut_by_slope(nodes[i], middle[i]);
+  }
+  return nodes[program.roots[0]];
+}
+
+Series evaluate(const Program& program, std::span<const Series> variables, std::vector<Series>& nodes) {
+  return evaluate(program, variables, {}, nodes);
 }
 
 }  // namespace smurf::expression

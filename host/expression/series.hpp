@@ -40,7 +40,11 @@ struct Series {
 // One operation, as `apply` of evaluate.hpp. Coefficients beyond a crease that is not decided have no bounds.
 Series apply(Op op, double value, const Series& a, const Series& b, const Series& c, const Series& d);
 
-// The series of a program of one root; `variables` are those of its variables.
-Series evaluate(const Program& program, std::span<const Series> variables, std::vector<Series>& scratch);
+// The series of a program of one root; `variables` are those of its variables. Leaves that of each node in `nodes`.
+Series evaluate(const Program& program, std::span<const Series> variables, std::vector<Series>& nodes);
+// Over a stretch, where those of its middle are known: values lie also where slopes allow them to be from the middle on, which is
+// much closer on short stretches, and decides creases.
+Series evaluate(const Program& program, std::span<const Series> variables, std::span<const Series> middle,
+                std::vector<Series>& nodes);
 
 }  // namespace smurf::expression

@@ -113,11 +113,12 @@ TEST(DecidedHits, DoubleRootsStayTangent) {
 }
 
 TEST(DecidedHits, FirstHitsAreLookedForBehindNearMisses) {
-  const std::string near = "((z+0.5)^2+1e-9)";
+  // Written out, so that floats cannot tell: (z+0.5)² + 1e-9, and the same at -0.25 and 0.25.
+  const std::string near = "(z^2+z+0.250000001)", next = "(z^2+0.5*z+0.062500001)", last = "(z^2-0.5*z+0.062500001)";
   expect_hits(near + "*(z-0.5)", {{1.5}}, Hits::first);
   expect_hits(near + "*(z-0.5)", {{1.5}});
-  expect_hits(near + "*((z+0.25)^2+1e-9)*((z-0.25)^2+1e-9)*(z-0.5)", {{1.5}}, Hits::first);
-  expect_hits(near + "*((z-0.25)^2+1e-9)", {}, Hits::first);
+  expect_hits(near + "*" + next + "*" + last + "*(z-0.5)", {{1.5}}, Hits::first);
+  expect_hits(near + "*" + last, {}, Hits::first);
   // Behind it comes what stays open.
   expect_hits(near + "*(z-0.5)^2", {{1.5, HitStatus::tangent}}, Hits::first);
   // The range of the ray is kept.
@@ -136,6 +137,9 @@ TEST(DecidedHits, CreasesAreCrossed) {
   expect_hits("z-0.5+0.5*abs(z-0.5)", {{1.5}});
   expect_hits("abs(z-0.5)-1e-6", {{1.5 - 1e-6}, {1.5 + 1e-6}});
   expect_hits("abs(z-0.5)+1e-8", {});
+  // Where floats cannot tell on which side of the crease they are.
+  expect_hits("abs(z^2-z+0.25)-1e-10", {{1.5 - 1e-5}, {1.5 + 1e-5}});
+  expect_hits("max(z^2-z+0.25,-1)-1e-12", {{1.5 - 1e-6}, {1.5 + 1e-6}});
   expect_hits("max(abs(z-0.5)-1e-6,x-2)", {{1.5 - 1e-6}, {1.5 + 1e-6}});
 }
 
