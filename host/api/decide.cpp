@@ -43,7 +43,7 @@ void each_ray(std::size_t count, const std::function<void(std::size_t)>& task) {
   for (std::size_t i = 0; i < count; i++) task(i);
 }
 
-bool is_flagged(HitStatus status) { return status != HitStatus::isolated; }
+bool is_flagged(HitStatus status) { return status == HitStatus::tangent || status == HitStatus::unresolved; }
 
 }  // namespace
 
