@@ -50,14 +50,15 @@ struct Expected {
 // Every ray that does not miss must have these hits.
 // Expressions are interpreted, by programs that they share: compiling each takes seconds.
 void expect_hits(const std::string& equation, const std::vector<Expected>& expected, Hits wanted = Hits::all,
-                 float t_min = 0, float t_max = std::numeric_limits<float>::infinity(), const char* compiled = "0") {
+                 float t_min = 0, float t_max = std::numeric_limits<float>::infinity(), const char* compiled = "0",
+                 double level = 0) {
   const CompileAtMost operations(compiled);
   RayBatch rays = oblique_rays();
   std::ranges::fill(rays.component(RayBatch::t_min), t_min);
   std::ranges::fill(rays.component(RayBatch::t_max), t_max);
   for (const TestDevice& device : deciding_devices()) {
     SCOPED_TRACE(equation + " on " + device.label);
-    const HitList hits = Interrogator(device.device, implicit(equation, domain))
+    const HitList hits = Interrogator(device.device, isosurface(equation, level, domain))
                              .cast(rays, {.hits = wanted, .properties = std::uint32_t(Property::normal), .tile = 32});
     ASSERT_EQ(hits.ray_count(), rays.size());
     ASSERT_EQ(hits.offsets().back(), hits.size());
@@ -123,6 +124,15 @@ TEST(DecidedHits, FirstHitsAreLookedForBehindNearMisses) {
   expect_hits(near + "*(z-0.5)^2", {{1.5, HitStatus::tangent}}, Hits::first);
   // The range of the ray is kept.
   expect_hits(near + "*(z-0.5)", {}, Hits::first, 0, 1.25f);
+}
+
+// Of single precision these numbers are a hundredth off.
+TEST(DecidedHits, ConstantsAndLevelsAreDoubles) {
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  for (const char* compiled : {"0", "400"}) {
+    expect_hits("max(z+1000000.3,x)-1000000", {{1 - (1000000.3 - 1000000)}}, Hits::all, 0, infinity, compiled);
+    expect_hits("z+1000000", {{1 + (1000000.3 - 1000000)}}, Hits::all, 0, infinity, compiled, 1000000.3);
+  }
 }
 
 TEST(DecidedHits, RangesCutPairs) {
