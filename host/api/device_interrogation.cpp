@@ -123,6 +123,7 @@ class DeviceInterrogation final : public Interrogation {
   void measure(const PointSet& points, std::uint32_t wanted, const ProbeOptions& options,
                PointProperties& out) override {
     const std::size_t size = points.locations.size();
+    surface_->prepare_properties();
     const auto words = std::make_shared<Values<std::uint32_t>>(size * words_per_point(wanted));
     const std::size_t step = options.tile != 0 ? options.tile : points_in_tile;
     // Kernels count words in 32 bits.
@@ -135,11 +136,14 @@ class DeviceInterrogation final : public Interrogation {
       coordinates = share(points.coordinates, "surface coordinates");
       directions = share(points.directions, "directions");
     }
+    const bool find = coordinates_ && points.coordinates.empty();
+    if (find && results) ensure(point_coordinates_, size, "surface coordinates");
     for (std::size_t first = 0; first < size; first += step) {
       const std::size_t count = std::min(step, size - first);
       if (results) {
-        measure_points({locations.get(), coordinates.get(), directions.get()}, results.get(), first, first + count,
-                       size, wanted);
+        if (find) find_nearest(locations.get(), first, first + count);
+        measure_points({locations.get(), find ? point_coordinates_.get() : coordinates.get(), directions.get()},
+                       results.get(), first, first + count, size, wanted);
         if (options.progress) executor_.finish();
       } else {
         measure_copies({stretch(points.locations, first, count), stretch(points.coordinates, first, count),
@@ -183,6 +187,9 @@ class DeviceInterrogation final : public Interrogation {
     find_hits_ = program(KernelId::find_hits, "0");
     measure_first_ = program(KernelId::measure, "0");
     measure_second_ = program(KernelId::measure, "1");
+    // Compiled when first launched: few ask for it.
+    find_nearest_ = {KernelId::find_nearest, surface_->modules(), surface_->defines()};
+    find_nearest_.defines["COORDINATES"] = "1";
     order_rows_ = {KernelId::order_rows, {}, {{"COORDINATES", coordinates_ ? "1" : "0"}}};
     count_blocks_ = {KernelId::count_blocks, {}, {{"COORDINATES", "0"}}};
   }
@@ -398,6 +405,22 @@ class DeviceInterrogation final : public Interrogation {
            end - first);
   }
 
+  // Surface coordinates of the nearest points, in point_coordinates_.
+  void find_nearest(DeviceBuffer* locations, std::size_t first, std::size_t end) {
+    const std::vector<DeviceBuffer*> surface = surface_buffers();
+    launch(executor_, find_nearest_,
+           arguments::find_nearest{.parameters = surface_->parameters(),
+                                   .surface_a = surface[0],
+                                   .surface_b = surface[1],
+                                   .surface_c = surface[2],
+                                   .surface_d = surface[3],
+                                   .points = locations,
+                                   .coordinates = point_coordinates_.get(),
+                                   .first = int(first),
+                                   .end = int(end)},
+           end - first);
+  }
+
   // The values on the device, in `buffer`; null for none.
   template <class T>
   DeviceBuffer* copy(std::span<const T> values, TypedBuffer<T>& buffer, std::string_view purpose) {
@@ -410,9 +433,14 @@ class DeviceInterrogation final : public Interrogation {
   // Measures points that are copied to the device, and copies their columns back to where they belong in `words`.
   void measure_copies(const PointSet& points, std::uint32_t wanted, std::size_t first, Values<std::uint32_t>& words) {
     const std::size_t count = points.locations.size(), width = words_per_point(wanted), total = words.size() / width;
-    const PointBuffers buffers{copy(points.locations, points_, "points"),
-                               copy(points.coordinates, point_coordinates_, "surface coordinates"),
-                               copy(points.directions, directions_, "directions")};
+    PointBuffers buffers{copy(points.locations, points_, "points"),
+                         copy(points.coordinates, point_coordinates_, "surface coordinates"),
+                         copy(points.directions, directions_, "directions")};
+    if (coordinates_ && points.coordinates.empty()) {
+      ensure(point_coordinates_, count, "surface coordinates");
+      find_nearest(buffers.locations, 0, count);
+      buffers.coordinates = point_coordinates_.get();
+    }
     ensure(columns_, count * width, "properties");
     measure_points(buffers, columns_.get(), 0, count, count, wanted);
     std::size_t column = 0;
@@ -472,7 +500,7 @@ class DeviceInterrogation final : public Interrogation {
   std::shared_ptr<const SurfaceModel> model_;
   std::unique_ptr<ResidentSurface> surface_;
   bool coordinates_;  // hits have surface coordinates
-  Program find_hits_, measure_first_, measure_second_, order_rows_, count_blocks_;
+  Program find_hits_, find_nearest_, measure_first_, measure_second_, order_rows_, count_blocks_;
 
   std::unique_ptr<DeviceBuffer> shared_rays_;
   TypedBuffer<float> tile_rays_;

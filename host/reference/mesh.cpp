@@ -180,6 +180,17 @@ std::vector<std::uint32_t> places_along_curve(const Mesh& mesh) {
   return order;
 }
 
+// What the rounding of coordinates to floats alone can make of a difference of curvatures.
+double rounding_of_curvature(const Corners& p) {
+  double longest = 0, size = 0;
+  for (std::size_t k = 0; k < 3; k++) {
+    const dvec3 edge = glm::abs(p[(k + 1) % 3] - p[k]), place = glm::abs(p[k]);
+    longest = std::max({longest, edge.x, edge.y, edge.z});
+    size = std::max({size, place.x, place.y, place.z});
+  }
+  return 0x1p-21 * (size + longest) / (longest * longest);
+}
+
 dvec3 weights_of(const MeshPoint& point) { return {std::max(0.0, 1 - point.u - point.v), point.u, point.v}; }
 
 }  // namespace
@@ -255,7 +266,7 @@ SurfaceFrame ReferenceMesh::measure(const MeshPoint& point, bool of_face) const 
     tensor += w[k] * properties_->tensors[f[k]];
     if ((mesh_.vertex_states()[f[k]] & vertex_boundary) != 0) status |= PointStatus::boundary;
   }
-  SurfaceFrame frame = level_set_frame(normal, tensor, 1);
+  SurfaceFrame frame = level_set_frame(normal, tensor, 1, rounding_of_curvature(corners_of(mesh_, point.face)));
   frame.normal = normal;
   frame.status |= status;
   return frame;

@@ -1,5 +1,6 @@
 // Polygon meshes, answered by the reference.
 #include <algorithm>
+#include <cmath>
 
 #include "reference/mesh.hpp"
 #include "reference/reference_interrogation.hpp"
@@ -26,6 +27,8 @@ class MeshReference : public ReferenceSurface {
   }
 
   ReferencePoint measure(const glm::dvec3& point, const SurfaceCoordinates* coordinates) const override {
+    const bool is_finite = std::isfinite(point.x) && std::isfinite(point.y) && std::isfinite(point.z);
+    if (!coordinates && !is_finite) return {std::numeric_limits<double>::quiet_NaN(), undefined_frame()};
     const MeshPoint at =
         coordinates ? MeshPoint{coordinates->part, coordinates->u, coordinates->v} : mesh_.nearest(point).at;
     return {std::numeric_limits<double>::quiet_NaN(), mesh_.measure(at, normals_ == MeshNormals::face)};

@@ -19,7 +19,8 @@
 namespace smurf {
 
 // A surface's buffers on one device and the source that answers for it.
-// The source module "surface" defines Surface, surface_open, surface_find_hits and surface_frame, as kernels/core/grid_isosurface.inc does.
+// The source module "surface" defines Surface, surface_open, surface_find_hits and surface_frame, as kernels/core/grid_isosurface.inc does,
+// and for kinds with coordinates surface_nearest_to.
 class ResidentSurface {
  public:
   virtual ~ResidentSurface() = default;
@@ -29,6 +30,8 @@ class ResidentSurface {
   virtual DeviceBuffer* parameters() const = 0;
   virtual std::vector<DeviceBuffer*> buffers() const = 0;  // surface_a .. surface_d, at most 4
   virtual std::size_t bytes() const = 0;
+  // Called before properties are measured: what only they need may be made now.
+  virtual void prepare_properties() {}
   // Takes over another surface of the same kind over the same field; false if it cannot.
   virtual bool update(const SurfaceModel& model) = 0;
 };

@@ -14,6 +14,7 @@
 
 #include "fields/analytic.hpp"
 #include "fields/rays.hpp"
+#include "harness/meshes.hpp"
 #include "smurf/error.hpp"
 #include "smurf/interrogator.hpp"
 
@@ -84,6 +85,28 @@ class Sweep {
     std::printf("%-22s %zu hits\n", what_.c_str(), hits.size());
   }
 
+  // A small torus: rays, the vertices' normals and tensors, and points off it.
+  void run_mesh() {
+    what_ = "mesh";
+    const Mesh mesh = torus_mesh(3, 1, 16, 10);
+    const Surface surface = mesh_surface(mesh, MeshNormals::interpolated);
+    const Interrogator query(device_, surface), truth(reference_, surface);
+    GridFrame frame;
+    frame.placement.origin = glm::dvec3(mesh.lower());
+    for (int axis = 0; axis < 3; axis++) frame.placement.axes[axis][axis] = mesh.upper()[axis] - mesh.lower()[axis];
+    const RayBatch rays = random_chords(frame, 100, 5).rays;
+    const HitList hits = query.cast(rays, {.hits = Hits::all}), expected = truth.cast(rays, {.hits = Hits::all});
+    expect(std::ranges::equal(hits.offsets(), expected.offsets()), "numbers of hits");
+    std::vector<glm::vec3> points;
+    for (const glm::vec3& v : mesh.vertices()) points.push_back(1.125f * v);
+    const PointProperties a = query.probe(points, Property::normal | Property::mean),
+                          b = truth.probe(points, Property::normal | Property::mean);
+    expect_close("normal", difference(flat(a.normal), flat(b.normal)), 1e-3);
+    expect_close("mean", difference(a.mean, b.mean),
+                 0.1);  // the reference estimates it in another way, on a coarse mesh
+    std::printf("%-22s %zu hits\n", what_.c_str(), hits.size());
+  }
+
   int failures() const { return failures_; }
   const DeviceInfo& info() const { return device_.info(); }
 
@@ -127,6 +150,7 @@ int main(int count, char** words) {
       for (Reconstruction r : {Reconstruction::trilinear, Reconstruction::tricubic, Reconstruction::catmull_rom})
         sweep.run(r, type);
     }
+    sweep.run_mesh();
     return sweep.failures() == 0 ? 0 : 1;
   } catch (const Error& error) {
     std::fprintf(stderr, "%s\n", error.what());
