@@ -97,8 +97,7 @@ class Sweep {
     const RayBatch rays = random_chords(frame, 100, 5).rays;
     const HitList hits = query.cast(rays, {.hits = Hits::all}), expected = truth.cast(rays, {.hits = Hits::all});
     expect(std::ranges::equal(hits.offsets(), expected.offsets()), "numbers of hits");
-    std::vector<glm::vec3> points;
-    for (const glm::vec3& v : mesh.vertices()) points.push_back(1.125f * v);
+    const auto points = expected.locations();
     const PointProperties a = query.probe(points, Property::normal | Property::mean),
                           b = truth.probe(points, Property::normal | Property::mean);
     expect_close("normal", difference(flat(a.normal), flat(b.normal)), 1e-3);
