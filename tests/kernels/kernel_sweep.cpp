@@ -101,8 +101,13 @@ class Sweep {
     const PointProperties a = query.probe(points, Property::normal | Property::mean),
                           b = truth.probe(points, Property::normal | Property::mean);
     expect_close("normal", difference(flat(a.normal), flat(b.normal)), 1e-3);
-    expect_close("mean", difference(a.mean, b.mean),
-                 0.1);  // the reference estimates it in another way, on a coarse mesh
+    // The torus itself: on a mesh as coarse as this the reference's estimate is off by more.
+    std::vector<float> mean;
+    for (const glm::vec3& p : points) {
+      const double out = std::hypot(p.x, p.y) - 3, cosine = out / std::hypot(out, double(p.z));
+      mean.push_back(float(0.5 + 0.5 * cosine / (3 + cosine)));
+    }
+    expect_close("mean", difference(a.mean, mean), 0.1);
     std::printf("%-22s %zu hits\n", what_.c_str(), hits.size());
   }
 
