@@ -79,6 +79,7 @@ static inline int least_lane(integer i) {
 #define lane_greatest(v) (v)
 #define lane_real(v, i) (v)
 #define lane_integer(v, i) (v)
+#define lane_splat(v, i) (v)
 #define lane_numbers() 0
 #define lane_bits(m) ((m) ? 1 : 0)
 #else
@@ -97,6 +98,14 @@ static inline float lane_least(real v) {
 #endif
 static inline float lane_real(real v, int i) { return ((float*)&v)[i]; }
 static inline int lane_integer(integer v, int i) { return ((int*)&v)[i]; }
+// That of number i on all lanes.
+#if LANES == 16 && defined(__AVX512F__) && HAS_BUILTIN(__builtin_ia32_permvarsf512)
+#define lane_splat(v, i) __builtin_ia32_permvarsf512(v, (int16)(i))
+#elif LANES == 8 && defined(__AVX2__) && HAS_BUILTIN(__builtin_ia32_permvarsf256)
+#define lane_splat(v, i) __builtin_ia32_permvarsf256(v, (int8)(i))
+#else
+#define lane_splat(v, i) ((real)(lane_real(v, i)))
+#endif
 #define lane_numbers() lane_items(0)
 #if LANES == 16 && defined(__AVX512DQ__) && HAS_BUILTIN(__builtin_ia32_cvtd2mask512)
 #define lane_bits(m) ((int)(uint)__builtin_ia32_cvtd2mask512(m))

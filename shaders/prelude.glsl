@@ -33,6 +33,7 @@
 #define lane_greatest(v) (v)
 #define lane_real(v, i) (v)
 #define lane_integer(v, i) (v)
+#define lane_splat(v, i) (v)
 #define lane_numbers() 0
 #define lane_bits(m) ((m) ? 1 : 0)
 #define lowest_bit(bits) findLSB(bits)
