@@ -170,6 +170,13 @@ FN real sum_error(real a, real b, real s) {
 #define load_uniform_integer(b, i) ((int)(b)[i])
 #define load_uniform_real(b, i) as_float((b)[i])
 
+// Says that the words about this one will be wanted.
+#if HAS_BUILTIN(__builtin_prefetch)
+#define load_ahead(b, i) __builtin_prefetch((void const*)(ulong)((b) + (i)))
+#else
+#define load_ahead(b, i)
+#endif
+
 // A gather over lanes. Where the compiler offers the processor's own instruction it is asked for by name: spelled out, sixteen loads a
 // gather cost the optimizer most of a program's compile time.
 #if LANES == 1

@@ -82,6 +82,9 @@ layout(buffer_reference, std430, buffer_reference_align = 4) buffer Buffer { uin
 #define load_uniform_integer(b, i) int((b).words[i])
 #define load_uniform_real(b, i) uintBitsToFloat((b).words[i])
 
+// Says that the words about this one will be wanted.
+#define load_ahead(b, i)
+
 word load_word(Buffer b, integer i) { return b.words[i]; }
 integer load_integer(Buffer b, integer i) { return int(b.words[i]); }
 real load_real(Buffer b, integer i) { return uintBitsToFloat(b.words[i]); }
