@@ -83,19 +83,33 @@ static inline int least_lane(integer i) {
 #define lane_numbers() 0
 #define lane_bits(m) ((m) ? 1 : 0)
 #else
-#if HAS_BUILTIN(__builtin_reduce_min)
-#define lane_least(v) __builtin_reduce_min(v)
-#define lane_greatest(v) __builtin_reduce_max(v)
-#else
+// By halves: what compilers make of a reduction that minds NaN goes from lane to lane, at ten times the cost.
+#define LESSER_HALF(v) ((v).lo < (v).hi ? (v).lo : (v).hi)
+#define GREATER_HALF(v) ((v).lo > (v).hi ? (v).lo : (v).hi)
 static inline float lane_least(real v) {
-  float lanes[LANES];
-  JOIN(vstore, LANES)(v, 0, lanes);
-  float least = lanes[0];
-  for (int lane = 1; lane < LANES; lane++) least = fmin(least, lanes[lane]);
-  return least;
-}
-#define lane_greatest(v) (-lane_least(-(v)))
+#if LANES == 16
+  float8 eight = LESSER_HALF(v);
+  float4 four = LESSER_HALF(eight);
+#elif LANES == 8
+  float4 four = LESSER_HALF(v);
+#else
+  float4 four = v;
 #endif
+  float2 two = LESSER_HALF(four);
+  return LESSER_HALF(two);
+}
+static inline float lane_greatest(real v) {
+#if LANES == 16
+  float8 eight = GREATER_HALF(v);
+  float4 four = GREATER_HALF(eight);
+#elif LANES == 8
+  float4 four = GREATER_HALF(v);
+#else
+  float4 four = v;
+#endif
+  float2 two = GREATER_HALF(four);
+  return GREATER_HALF(two);
+}
 static inline float lane_real(real v, int i) { return ((float*)&v)[i]; }
 static inline int lane_integer(integer v, int i) { return ((int*)&v)[i]; }
 // That of number i on all lanes.
