@@ -1,6 +1,6 @@
 // Polygon meshes on a device: a hierarchy of boxes over blocks of triangles.
 //
-// Device memory: 52 bytes a triangle, 12 a vertex, and 224 a node, of which there is one for about ten triangles. Once properties have been
+// Device memory: 52 bytes a triangle, 12 a vertex, and 448 a node, of which there is one for about forty triangles. Once properties have been
 // asked for, 64 a vertex more; while they are made, about 180 a vertex on top.
 #include "surfaces/mesh.hpp"
 
