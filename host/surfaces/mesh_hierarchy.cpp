@@ -149,8 +149,8 @@ class Layout {
   MeshHierarchy result_;
 };
 
-// Leaves of up to 16 triangles, as many as lanes test side by side: of 4, 8, 12 and 16 on the bunny, chords of its sphere were fastest with these
-// (4.3 against 4.8 Mrays/s for 8 and 16), and beams were no slower.
+// Leaves of up to 16 triangles, as many as lanes test side by side: on the bunny, chords of its sphere were fastest with these
+// (4.3 Mrays/s with 8, 4.8 with 16), and beams were no slower.
 constexpr unsigned kMostTriangles = 16;
 constexpr float kTriangleCost = 0.1f;  // of a node's; from 0.05 to 0.3 nothing else was measured
 
