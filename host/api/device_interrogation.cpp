@@ -138,6 +138,7 @@ class DeviceInterrogation final : public Interrogation {
     }
     const bool find = coordinates_ && points.coordinates.empty();
     if (find && results) ensure(point_coordinates_, size, "surface coordinates");
+    Values<SurfaceCoordinates> found(find && contains(wanted, Property::parameters) ? size : 0);
     for (std::size_t first = 0; first < size; first += step) {
       const std::size_t count = std::min(step, size - first);
       if (results) {
@@ -150,10 +151,12 @@ class DeviceInterrogation final : public Interrogation {
                         stretch(points.directions, first, count)},
                        wanted, first, *words);
       }
+      if (!found.empty()) point_coordinates_.read(std::span(found).subspan(first, count), results ? first : 0);
       if (options.progress) options.progress(first + count, size);
     }
     results.reset();
     take_columns(words, size, wanted, out);
+    if (!found.empty()) out.coordinates = std::move(found);
   }
 
   void update(const std::shared_ptr<const SurfaceModel>& model) override {

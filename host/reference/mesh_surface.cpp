@@ -31,7 +31,9 @@ class MeshReference : public ReferenceSurface {
     if (!coordinates && !is_finite) return {std::numeric_limits<double>::quiet_NaN(), undefined_frame()};
     const MeshPoint at =
         coordinates ? MeshPoint{coordinates->part, coordinates->u, coordinates->v} : mesh_.nearest(point).at;
-    return {std::numeric_limits<double>::quiet_NaN(), mesh_.measure(at, normals_ == MeshNormals::face)};
+    return {std::numeric_limits<double>::quiet_NaN(),
+            mesh_.measure(at, normals_ == MeshNormals::face),
+            {at.face, float(at.u), float(at.v)}};
   }
 
   std::size_t bytes() const override { return mesh_.bytes(); }

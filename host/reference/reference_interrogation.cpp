@@ -113,12 +113,15 @@ void ReferenceInterrogation::measure(const PointSet& set, std::uint32_t wanted, 
   auto normal = column(Property::normal, glm::vec3(nan)), d1 = column(Property::directions, glm::vec3(nan)),
        d2 = column(Property::directions, glm::vec3(nan));
   Values<std::uint32_t> status(points.size(), PointStatus::undefined);
+  const bool located = contains(wanted, Property::parameters) && surface_->has_coordinates() && set.coordinates.empty();
+  Values<SurfaceCoordinates> coordinates(located ? points.size() : 0);
 
   auto one = [&](std::size_t i) {
     const ReferencePoint point =
         surface_->measure(glm::dvec3(points[i]), set.coordinates.empty() ? nullptr : &set.coordinates[i]);
     const SurfaceFrame& frame = point.frame;
     status[i] = frame.status;
+    if (!coordinates.empty()) coordinates[i] = point.coordinates;
     if (contains(wanted, Property::value)) value[i] = float(point.value);
     if (contains(wanted, Property::normal)) normal[i] = glm::vec3(frame.normal);
     if (contains(wanted, Property::gauss)) gauss[i] = float(frame.k1 * frame.k2);
@@ -146,6 +149,7 @@ void ReferenceInterrogation::measure(const PointSet& set, std::uint32_t wanted, 
   if (contains(wanted, Property::principal)) out.k1 = std::move(k1), out.k2 = std::move(k2);
   if (contains(wanted, Property::directions)) out.d1 = std::move(d1), out.d2 = std::move(d2);
   if (contains(wanted, Property::normal_curvature)) out.normal_curvature = std::move(along);
+  if (located) out.coordinates = std::move(coordinates);
   out.status = std::move(status);
   out.measured |= wanted;
 }

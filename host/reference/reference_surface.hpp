@@ -35,6 +35,7 @@ struct ReferenceHit {
 struct ReferencePoint {
   double value;  // NaN where undefined, and for kinds without a field
   SurfaceFrame frame;
+  SurfaceCoordinates coordinates = {};  // of kinds that have them
 };
 
 class ReferenceSurface {
