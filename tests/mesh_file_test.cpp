@@ -15,8 +15,8 @@
 #include "harness/devices.hpp"
 #include "harness/refusal.hpp"
 #include "io/text_file.hpp"
-#include "reference/mesh.hpp"
 #include "parallel.hpp"
+#include "reference/mesh.hpp"
 #include "smurf/mesh.hpp"
 
 namespace smurf {

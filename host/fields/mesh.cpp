@@ -140,10 +140,10 @@ void MeshBuilder::add_face(std::uint32_t face, const std::uint32_t* corners, std
 }
 
 void MeshBuilder::fail_empty(std::uint64_t face_count) const {
-  fail(
-      fmt::format("no triangle is left of {} faces: {} have less than three corners, {} triangles name a vertex twice, {} "
-                  "have zero area",
-                  face_count, repairs_.small_faces, repairs_.repeated_corners, repairs_.zero_area));
+  fail(fmt::format(
+      "no triangle is left of {} faces: {} have less than three corners, {} triangles name a vertex twice, {} "
+      "have zero area",
+      face_count, repairs_.small_faces, repairs_.repeated_corners, repairs_.zero_area));
 }
 
 Mesh MeshBuilder::build(Polygons polygons, const MeshOptions& options, const std::string& origin) {

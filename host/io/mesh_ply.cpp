@@ -270,7 +270,8 @@ void add_face(const ValueReader& reader, const std::vector<Value>& corners, std:
 }
 
 // Strips of triangles, -1 between them; every other triangle runs backwards.
-void add_strips(const ValueReader& reader, const std::vector<Value>& corners, std::size_t vertices, Polygons& polygons) {
+void add_strips(const ValueReader& reader, const std::vector<Value>& corners, std::size_t vertices,
+                Polygons& polygons) {
   for (std::size_t begin = 0, i = 0; i < corners.size(); i++) {
     if (corners[i].whole == -1) begin = i + 1;
     if (i < begin + 2 || corners[i].whole == -1) continue;

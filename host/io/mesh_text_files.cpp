@@ -132,10 +132,11 @@ Polygons read_obj(const path& file, const std::string& text) {
       reader.fail(fmt::format("\"{}\" is no statement of OBJ files", WordReader::shown(statement)));
     }
   } while (reader.next_line());
-  const auto wrong = std::ranges::find_if(polygons.corners, [&](std::uint32_t c) { return c >= polygons.vertices.size(); });
+  const auto wrong =
+      std::ranges::find_if(polygons.corners, [&](std::uint32_t c) { return c >= polygons.vertices.size(); });
   if (wrong != polygons.corners.end())
-    throw Error(ErrorCode::input, fmt::format("\"{}\": a face names vertex {}, but there are {} (from 1)", file.string(),
-                                              std::uint64_t(*wrong) + 1, polygons.vertices.size()));
+    throw Error(ErrorCode::input, fmt::format("\"{}\": a face names vertex {}, but there are {} (from 1)",
+                                              file.string(), std::uint64_t(*wrong) + 1, polygons.vertices.size()));
   return polygons;
 }
 
