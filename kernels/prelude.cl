@@ -85,7 +85,6 @@ static inline int least_lane(integer i) {
 #else
 // By halves: what compilers make of a reduction that minds NaN goes from lane to lane, at ten times the cost.
 #define LESSER_HALF(v) ((v).lo < (v).hi ? (v).lo : (v).hi)
-#define GREATER_HALF(v) ((v).lo > (v).hi ? (v).lo : (v).hi)
 static inline float lane_least(real v) {
 #if LANES == 16
   float8 eight = LESSER_HALF(v);
@@ -98,18 +97,7 @@ static inline float lane_least(real v) {
   float2 two = LESSER_HALF(four);
   return LESSER_HALF(two);
 }
-static inline float lane_greatest(real v) {
-#if LANES == 16
-  float8 eight = GREATER_HALF(v);
-  float4 four = GREATER_HALF(eight);
-#elif LANES == 8
-  float4 four = GREATER_HALF(v);
-#else
-  float4 four = v;
-#endif
-  float2 two = GREATER_HALF(four);
-  return GREATER_HALF(two);
-}
+#define lane_greatest(v) (-lane_least(-(v)))
 static inline float lane_real(real v, int i) { return ((float*)&v)[i]; }
 static inline int lane_integer(integer v, int i) { return ((int*)&v)[i]; }
 // That of number i on all lanes.

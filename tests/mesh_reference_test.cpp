@@ -252,11 +252,7 @@ struct Errors {
   double normal = 0, mean = 0, gauss = 0, k1 = 0, k2 = 0, direction = 0;
 };
 
-struct Truth {
-  dvec3 normal;
-  double k1, k2;
-  dvec3 d1;
-};
+using Truth = test::MeshTruth;
 
 // The greatest errors at the middles of the triangles that `inside` takes.
 Errors greatest_errors(const Mesh& mesh, const std::function<Truth(const dvec3&)>& truth,
@@ -282,17 +278,6 @@ Errors greatest_errors(const Mesh& mesh, const std::function<Truth(const dvec3&)
   return worst;
 }
 
-bool everywhere(const dvec3&) { return true; }
-
-Truth torus_truth(double great, double small, const dvec3& p) {
-  const double r = std::hypot(p.x, p.y);
-  const dvec3 spoke(p.x / r, p.y / r, 0), normal = glm::normalize(p - great * spoke);
-  const dvec3 around(-spoke.y, spoke.x, 0);
-  // 1/small across, and along the great circle cos/(great + small·cos), which is less.
-  return {normal, 1 / small, glm::dot(normal, spoke) / (great + small * glm::dot(normal, spoke)),
-          glm::cross(normal, around)};
-}
-
 // Errors of curvature fall with the square of the edges' length (interpolation between vertices is linear), to a third or less with half
 // the length; those of angle-weighted normals with the length itself where triangles lie irregularly about a vertex.
 TEST(MeshReference, CurvatureOfFinerAndFinerMeshes) {
@@ -301,14 +286,14 @@ TEST(MeshReference, CurvatureOfFinerAndFinerMeshes) {
     const dvec3 normal = glm::normalize(dvec3(p.x, p.y, 0));
     return Truth{normal, 0.5, 0, dvec3(-normal.y, normal.x, 0)};
   };
-  const auto torus = [](const dvec3& p) { return torus_truth(3, 1, p); };
+  const auto torus = [](const dvec3& p) { return test::torus_truth(3, 1, p); };
   const auto away_from_ends = [](const dvec3& p) { return p.z > 0.5 && p.z < 2.5; };
   Errors last[3];
   for (int level = 0; level < 3; level++) {
     const std::uint32_t n = 16u << level;
-    const Errors now[] = {greatest_errors(test::sphere_mesh(2, 3 + level), sphere, everywhere),
+    const Errors now[] = {greatest_errors(test::sphere_mesh(2, 3 + level), sphere, test::everywhere),
                           greatest_errors(test::cylinder_mesh(2, 3, 2 * n, n), cylinder, away_from_ends),
-                          greatest_errors(test::torus_mesh(3, 1, 3 * n, n), torus, everywhere)};
+                          greatest_errors(test::torus_mesh(3, 1, 3 * n, n), torus, test::everywhere)};
     for (int kind = 0; kind < 3; kind++) {
       std::cout << "level " << level << " kind " << kind << ": normal " << now[kind].normal << " k1 " << now[kind].k1
                 << " k2 " << now[kind].k2 << " direction " << now[kind].direction << "\n";

@@ -256,7 +256,10 @@ TEST(MeshHits, EndsOfRays) {
 // A million lines (ten with SMURF_TEST_DENSE=10) through a closed mesh.
 TEST(MeshHits, ParityOfManyLines) {
   TestDevice* device = test_device("opencl");
-  if (!device) GTEST_SKIP() << "no OpenCL";
+  if (!device) {
+    report_missing("OpenCL");
+    GTEST_SKIP() << "no OpenCL";
+  }
   const Mesh mesh = torus_mesh(3, 1, 200, 100);
   const Interrogator query(device->device, mesh_surface(mesh));
   for (std::size_t part = 0; part < 2 * density(); part++) {

@@ -92,11 +92,7 @@ PointProperties measure_at(const TestDevice& device, const Mesh& mesh, MeshNorma
 
 // ---- Against closed forms
 
-struct Truth {
-  dvec3 normal;
-  double k1, k2;
-  dvec3 d1;  // 0 at umbilics
-};
+using Truth = MeshTruth;
 using TruthAt = std::function<Truth(const dvec3&)>;
 using Inside = std::function<bool(const dvec3&)>;
 
@@ -139,17 +135,7 @@ Errors errors_of(const Mesh& mesh, const Places& places, const PointProperties& 
   return worst;
 }
 
-bool everywhere(const dvec3&) { return true; }
-
 Truth sphere_truth(double radius, const dvec3& p) { return {glm::normalize(p), 1 / radius, 1 / radius, dvec3(0.0)}; }
-
-Truth torus_truth(double great, double small, const dvec3& p) {
-  const double r = std::hypot(p.x, p.y);
-  const dvec3 spoke(p.x / r, p.y / r, 0), normal = glm::normalize(p - great * spoke);
-  const dvec3 around(-spoke.y, spoke.x, 0);
-  return {normal, 1 / small, glm::dot(normal, spoke) / (great + small * glm::dot(normal, spoke)),
-          glm::cross(normal, around)};
-}
 
 // z = 2x² + y², normals upwards.
 Truth paraboloid_truth(const dvec3& p) {

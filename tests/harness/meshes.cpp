@@ -100,6 +100,14 @@ Mesh box_mesh(const glm::vec3& lower, const glm::vec3& upper, std::uint32_t cell
   return make_mesh(vertices, corners, sizes, {.weld = true});
 }
 
+MeshTruth torus_truth(double great, double small, const glm::dvec3& p) {
+  const double r = std::hypot(p.x, p.y);
+  const glm::dvec3 spoke(p.x / r, p.y / r, 0), normal = glm::normalize(p - great * spoke);
+  const glm::dvec3 around(-spoke.y, spoke.x, 0);
+  return {normal, 1 / small, glm::dot(normal, spoke) / (great + small * glm::dot(normal, spoke)),
+          glm::cross(normal, around)};
+}
+
 Mesh placed(const Mesh& mesh, double scale, const glm::dvec3& offset) {
   std::vector<glm::vec3> vertices;
   for (const glm::vec3& v : mesh.vertices()) vertices.emplace_back(scale * glm::dvec3(v) + offset);

@@ -17,6 +17,16 @@ Mesh cylinder_mesh(double radius, double height, std::uint32_t around, std::uint
 // The axis-aligned box of `cells`³ · 6 quadrilaterals from `lower` to `upper`; outward.
 Mesh box_mesh(const glm::vec3& lower, const glm::vec3& upper, std::uint32_t cells);
 
+// What a surface is like at a point of it; normals outwards.
+struct MeshTruth {
+  glm::dvec3 normal;
+  double k1, k2;
+  glm::dvec3 d1;  // 0 at umbilics
+};
+// 1/small across, and along the great circle cos/(great + small·cos), which is less.
+MeshTruth torus_truth(double great, double small, const glm::dvec3& p);
+inline bool everywhere(const glm::dvec3&) { return true; }
+
 // The same triangles, scaled and then moved, rounded to floats.
 Mesh placed(const Mesh& mesh, double scale, const glm::dvec3& offset);
 
