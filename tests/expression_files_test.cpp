@@ -15,13 +15,14 @@
 
 #include "expression/files.hpp"
 #include "harness/expressions.hpp"
+#include "harness/shared_data.hpp"
 
 namespace smurf::expression {
 namespace {
 
 namespace fs = std::filesystem;
 
-fs::path data_folder() { return fs::path(SMURF_SOURCE_DIR) / "../shared/data/implicit"; }
+using test::shared_data, test::has_shared_data;
 
 fs::path written(const std::string& name, const std::string& text) {
   const fs::path file = fs::path(SMURF_TEST_OUTPUT) / name;
@@ -40,11 +41,8 @@ TEST(ExpressionFiles, AlgebraicSurfaces) {
       {"tutorial_2kugeln", 4},   {"tutorial_ebene", 1},       {"tutorial_gerade", 3},        {"tutorial_koord1", 6},
       {"tutorial_koord2", 2},    {"tutorial_kreis", 2},       {"tutorial_kugel", 2},         {"tutorial_parabel", 4},
       {"tutorial_tricks1", 4},   {"tutorial_tricks2", 4},     {"tutorial_wuerfel", 6},       {"tutorial_zitrus", 6}};
-  const fs::path folder = data_folder() / "jsurf";
-  if (!fs::is_directory(folder)) {
-    std::fprintf(stderr, "NOT TESTED on the gallery's surfaces: there is no folder %s\n", folder.c_str());
-    return;
-  }
+  if (!has_shared_data("implicit/jsurf")) GTEST_SKIP();
+  const fs::path folder = shared_data("implicit/jsurf");
   std::size_t files = 0;
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (entry.path().extension() != ".jsurf") continue;
@@ -180,10 +178,7 @@ double tape_value(const std::string& text, const Point& p) {
 }
 
 TEST(ExpressionFiles, Tapes) {
-  if (!fs::is_directory(data_folder())) {
-    std::fprintf(stderr, "NOT TESTED on fidget's models: there is no folder %s\n", data_folder().c_str());
-    return;
-  }
+  if (!has_shared_data("implicit")) GTEST_SKIP();
   RandomTrees random(4);
   struct Model {
     std::string name, title;
@@ -196,7 +191,7 @@ TEST(ExpressionFiles, Tapes) {
         Model{"hi", "The letters 'hi' in the upper-right quadrant", 56, 200},
         Model{"quarter", "A quarter-circle in the lower-left quadrant", 9, 200},
         Model{"tanglecube", "Recommended settings: --scale 0.222 --pitch -25 --yaw 30", 20, 200}}) {
-    const fs::path path = data_folder() / (model.name + ".vm");
+    const fs::path path = shared_data("implicit") / (model.name + ".vm");
     std::ostringstream content;
     content << std::ifstream(path).rdbuf();
     const ImplicitFile file = load_vm(path);
@@ -212,7 +207,7 @@ TEST(ExpressionFiles, Tapes) {
     EXPECT_GT(inside, 0) << model.name;
     EXPECT_LT(inside, model.points) << model.name;
   }
-  const ImplicitFile text = load_vm(data_folder() / "prospero.vm");
+  const ImplicitFile text = load_vm(shared_data("implicit") / "prospero.vm");
   for (const Point& corner : {Point{1, 1, 0}, Point{-1, 1, 0}, Point{1, -1, 0}, Point{-1, -1, 0}})
     EXPECT_GT(value_of(text.graph, text.root, corner), 0);
   // Deep in strokes of letters.

@@ -12,8 +12,8 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "harness/devices.hpp"
 #include "harness/refusal.hpp"
+#include "harness/shared_data.hpp"
 #include "io/text_file.hpp"
 #include "parallel.hpp"
 #include "reference/mesh.hpp"
@@ -329,16 +329,7 @@ TEST(MeshFile, RandomDamage) {
 
 // ---- Shared data
 
-fs::path data_folder() {
-  const char* named = std::getenv("SMURF_DATA");
-  return named ? fs::path(named) : fs::path(SMURF_SOURCE_DIR) / ".." / "shared" / "data";
-}
-
-bool has_data() {
-  if (fs::is_directory(data_folder() / "meshes")) return true;
-  test::report_missing("the meshes of ../shared/data or SMURF_DATA");
-  return false;
-}
+using test::shared_data, test::has_shared_data;
 
 struct Known {
   const char* name;
@@ -359,10 +350,10 @@ const Known shared_meshes[] = {
 };
 
 TEST(MeshFile, SharedMeshes) {
-  if (!has_data()) return;
+  if (!has_shared_data("meshes")) GTEST_SKIP();
   for (const Known& known : shared_meshes) {
     SCOPED_TRACE(known.name);
-    const Mesh mesh = load_mesh(data_folder() / "meshes" / known.name);
+    const Mesh mesh = load_mesh(shared_data("meshes") / known.name);
     const MeshTopology& t = mesh.topology();
     EXPECT_EQ(mesh.vertex_count(), known.vertices);
     EXPECT_EQ(mesh.face_count(), known.faces);
@@ -376,8 +367,8 @@ TEST(MeshFile, SharedMeshes) {
 // Rays of trimesh's tests, with what brute force finds in double (data/README.md): no ray passes within 1e-6 of an edge. The rays are in
 // double, the corners of the OFF file rounded to floats, which moves the sum of its t by some 1e-8 of it.
 TEST(MeshFile, CrossingsOfTrimeshsRays) {
-  if (!has_data()) return;
-  const fs::path folder = data_folder() / "expected";
+  if (!has_shared_data("expected")) GTEST_SKIP();
+  const fs::path folder = shared_data("expected");
   std::string text;
   const gzFile stream = gzopen((folder / "trimesh_ray_data.json.gz").c_str(), "rb");
   ASSERT_NE(stream, nullptr);
@@ -419,11 +410,11 @@ TEST(MeshFile, CrossingsOfTrimeshsRays) {
 
 // Through vertices, along edges, in the planes of faces: on each closed mesh an even number of hits.
 TEST(MeshFile, ParityOnSharedMeshes) {
-  if (!has_data()) return;
+  if (!has_shared_data("meshes")) GTEST_SKIP();
   for (const Known& known : shared_meshes) {
     if (known.boundary != 0) continue;
     SCOPED_TRACE(known.name);
-    const Mesh mesh = load_mesh(data_folder() / "meshes" / known.name);
+    const Mesh mesh = load_mesh(shared_data("meshes") / known.name);
     const ReferenceMesh reference(mesh);
     const glm::dvec3 middle = 0.5 * (glm::dvec3(mesh.lower()) + glm::dvec3(mesh.upper()));
     const double size = glm::distance(glm::dvec3(mesh.lower()), glm::dvec3(mesh.upper()));
@@ -456,9 +447,9 @@ TEST(MeshFile, ParityOnSharedMeshes) {
 
 // Curvature in the middles of triangles of meshes whose surface is known.
 TEST(MeshFile, CurvatureOnSharedMeshes) {
-  if (!has_data()) return;
+  if (!has_shared_data("meshes")) GTEST_SKIP();
   {
-    const Mesh mesh = load_mesh(data_folder() / "meshes" / "cgal_sphere966.off");
+    const Mesh mesh = load_mesh(shared_data("meshes") / "cgal_sphere966.off");
     const ReferenceMesh reference(mesh);
     double mean = 0, gauss = 0;
     for (std::uint32_t face = 0; face < mesh.face_count(); face++) {
@@ -470,7 +461,7 @@ TEST(MeshFile, CurvatureOnSharedMeshes) {
     EXPECT_LT(mean, 0.02);
     EXPECT_LT(gauss, 0.02);
   }
-  const Mesh mesh = load_mesh(data_folder() / "meshes" / "cgal_poly2x2+y2-0.0625.off");
+  const Mesh mesh = load_mesh(shared_data("meshes") / "cgal_poly2x2+y2-0.0625.off");
   const ReferenceMesh reference(mesh);
   double worst_inside = 0, worst_of_all = 0;
   for (std::uint32_t face = 0; face < mesh.face_count(); face++) {

@@ -15,6 +15,7 @@
 #include "harness/compile_at_most.hpp"
 #include "harness/devices.hpp"
 #include "harness/kernel_cover.hpp"
+#include "harness/shared_data.hpp"
 #include "smurf/error.hpp"
 #include "smurf/interrogator.hpp"
 
@@ -338,11 +339,8 @@ TEST(ImplicitSurfaces, NothingWhereAnInterpretedFunctionIsUndefined) {
 
 // A tape of thousands of operations, where the development data is at hand.
 TEST(ImplicitSurfaces, Tapes) {
-  const std::filesystem::path file = std::filesystem::path(SMURF_SOURCE_DIR) / "../shared/data/implicit/prospero.vm";
-  if (!std::filesystem::exists(file)) {
-    std::cerr << "*** NOT TESTED HERE: " << file << " is missing; LongExpressionsAreInterpreted stands for it\n";
-    return;
-  }
+  const std::filesystem::path file = shared_data("implicit/prospero.vm");
+  if (!has_shared_data("implicit/prospero.vm")) GTEST_SKIP() << "LongExpressionsAreInterpreted stands for it";
   const Surface surface = load_implicit(file, Domain{glm::dvec3(-1, -1, -0.25), glm::dvec3(1, 1, 0.25)});
   const RayBatch rays = chords(surface.bounds(), 60, 29);
   TestDevice* device = test_device("opencl");

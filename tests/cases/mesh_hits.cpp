@@ -12,6 +12,7 @@
 #include "harness/devices.hpp"
 #include "harness/kernel_cover.hpp"
 #include "harness/meshes.hpp"
+#include "harness/shared_data.hpp"
 #include "smurf/camera.hpp"
 #include "smurf/error.hpp"
 #include "smurf/interrogator.hpp"
@@ -272,16 +273,10 @@ TEST(MeshHits, ParityOfManyLines) {
 }
 
 TEST(MeshHits, SharedMeshes) {
-  const char* named = std::getenv("SMURF_DATA");
-  const std::filesystem::path folder =
-      std::filesystem::path(named ? named : SMURF_SOURCE_DIR "/../shared/data") / "meshes";
-  if (!std::filesystem::is_directory(folder)) {
-    report_missing("the meshes of ../shared/data or SMURF_DATA");
-    GTEST_SKIP() << "no shared data";
-  }
+  if (!has_shared_data("meshes")) GTEST_SKIP();
   for (const std::string file : {"cgal_elephant.off", "cgal_ellipe0.003.off", "cgal_knot2.off",
                                  "cgal_poly2x2+y2-0.0625.off", "cgal_sphere966.off", "libigl_bunny.off", "spot.obj"}) {
-    const Mesh mesh = load_mesh(folder / file);
+    const Mesh mesh = load_mesh(shared_data("meshes") / file);
     expect_as_reference(mesh, hostile_rays(mesh, 60 * density()), file + ", hostile rays");
     expect_as_reference(mesh, random_chords(mesh, 500 * density(), 5), file + ", chords");
     const Bounds bounds{glm::dvec3(mesh.lower()), glm::dvec3(mesh.upper())};
