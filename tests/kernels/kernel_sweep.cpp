@@ -1,7 +1,7 @@
-// Runs every kernel of host/kernels.def on a small case, for every reconstruction and sample type, and compares with
+// Runs every kernel of host/kernels.def on a small case of every kind of surface, for grids of every reconstruction and sample type, and compares with
 // the reference: a program of its own, so that it can be started under oclgrind or on another OpenCL implementation.
 //
-//   kernel-sweep DEVICE LANES [TYPE ...]     types as in "uint8"; all that devices store when none is given
+//   kernel-sweep DEVICE LANES [WHAT ...]     grids by sample type, as in "uint8"; "mesh", "expression", "black-box"; all when none is given
 //
 // Exit codes: 0 all agree, 1 a difference or an error, 3 there is no such device.
 #include <fmt/format.h>
@@ -15,6 +15,7 @@
 #include "fields/analytic.hpp"
 #include "fields/rays.hpp"
 #include "harness/meshes.hpp"
+#include "smurf/black_box.hpp"
 #include "smurf/error.hpp"
 #include "smurf/interrogator.hpp"
 
@@ -111,6 +112,26 @@ class Sweep {
     std::printf("%-22s %zu hits\n", what_.c_str(), hits.size());
   }
 
+  // A surface in [-1, 1]³, given by an expression or as a black box.
+  void run_implicit(const std::string& what, const Surface& surface) {
+    what_ = what;
+    const Interrogator query(device_, surface), truth(reference_, surface);
+    GridFrame frame;
+    frame.placement.origin = glm::dvec3(-1);
+    for (int axis = 0; axis < 3; axis++) frame.placement.axes[axis][axis] = 2;
+    const RayBatch rays = random_chords(frame, 60, 5).rays;
+    const HitList hits = query.cast(rays, {.hits = Hits::all}), expected = truth.cast(rays, {.hits = Hits::all});
+    expect(std::ranges::equal(hits.offsets(), expected.offsets()), "numbers of hits");
+    expect(hits.size() > 20, "enough hits");
+    if (hits.size() != expected.size()) return;
+    expect_close("t", difference(hits.t(), expected.t()), 1e-4);
+    const std::uint32_t wanted = Property::normal | Property::mean;
+    const PointProperties a = query.probe(expected.locations(), wanted), b = truth.probe(expected.locations(), wanted);
+    expect_close("normal", difference(flat(a.normal), flat(b.normal)), 1e-3);
+    expect_close("mean", difference(a.mean, b.mean), 1e-2);
+    std::printf("%-22s %zu hits\n", what_.c_str(), hits.size());
+  }
+
   int failures() const { return failures_; }
   const DeviceInfo& info() const { return device_.info(); }
 
@@ -142,19 +163,28 @@ int main(int count, char** words) {
   using namespace smurf;
   using namespace smurf::test;
   if (count < 3) {
-    std::fprintf(stderr, "usage: kernel-sweep DEVICE LANES [TYPE ...]\n");
+    std::fprintf(stderr, "usage: kernel-sweep DEVICE LANES [WHAT ...]\n");
     return 2;
   }
   try {
     Sweep sweep(words[1], std::stoi(words[2]));
     std::printf("on %s, %d lanes\n", sweep.info().name.c_str(), sweep.info().lanes);
-    const std::vector<std::string> wanted(words + 3, words + count);
+    const std::vector<std::string> named(words + 3, words + count);
+    const auto wanted = [&](const std::string& what) {
+      return named.empty() || std::ranges::find(named, what) != named.end();
+    };
     for (SampleType type : stored_types) {
-      if (!wanted.empty() && std::ranges::find(wanted, name_of(type)) == wanted.end()) continue;
+      if (!wanted(name_of(type))) continue;
       for (Reconstruction r : {Reconstruction::trilinear, Reconstruction::tricubic, Reconstruction::catmull_rom})
         sweep.run(r, type);
     }
-    sweep.run_mesh();
+    const Domain domain{glm::dvec3(-1), glm::dvec3(1)};
+    const BlackBox box{"FN real black_box(real x, real y, real z) { return x * x + 2.0f * y * y + z * z - 0.7f; }\n",
+                       [](const glm::dvec3& p) { return p.x * p.x + 2 * p.y * p.y + p.z * p.z - 0.7; }, "ellipsoid"};
+    if (wanted("mesh")) sweep.run_mesh();
+    if (wanted("expression"))
+      sweep.run_implicit("expression", implicit("max(x^2 + 2*y^2 + z^2 - 0.7, x - 0.6)", domain));
+    if (wanted("black-box")) sweep.run_implicit("black box", implicit(box, domain));
     return sweep.failures() == 0 ? 0 : 1;
   } catch (const Error& error) {
     std::fprintf(stderr, "%s\n", error.what());
