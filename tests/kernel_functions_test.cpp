@@ -50,7 +50,7 @@ struct Worst {
 };
 
 TEST(KernelFunctions, KeepTheirStatedErrors) {
-  const std::uint64_t stride = std::max(1, 3001 / dense());
+  const std::uint64_t stride = std::max(1, 3001 / density());
   for (const Elementary& function : kElementary) {
     Worst worst;
     for (const bool flushed : {false, true}) {
@@ -67,7 +67,7 @@ TEST(KernelFunctions, KeepTheirStatedErrors) {
     RecordProperty(function.name, std::to_string(worst.error));
     // What is left of the stated error, other devices may need for their divisions and square roots.
     EXPECT_LE(worst.error, function.error) << function.name << " at " << worst.at;
-    if (dense() > 1) std::printf("%-20s %.3f of %.0f at %a\n", function.name, worst.error, function.error, worst.at);
+    if (density() > 1) std::printf("%-20s %.3f of %.0f at %a\n", function.name, worst.error, function.error, worst.at);
   }
 }
 
@@ -93,7 +93,7 @@ TEST(KernelFunctions, TrigonometryHoldsNextToItsZeros) {
 TEST(KernelFunctions, PowersAndAnglesKeepTheirStatedErrors) {
   Random random(1);
   Worst angle, power, whole;
-  for (int i = 0; i < 300000 * dense(); i++) {
+  for (int i = 0; i < 300000 * density(); i++) {
     const double spread = random.below(3) ? 3.0 : 120.0;
     const float x = static_cast<float>(random.sized(-spread, spread)),
                 y = static_cast<float>(random.sized(-spread, spread));
@@ -114,7 +114,7 @@ TEST(KernelFunctions, PowersAndAnglesKeepTheirStatedErrors) {
   EXPECT_LE(angle.error, ARCTANGENT2_ERROR) << angle.at;
   EXPECT_LE(power.error, 1.0) << power.at;
   EXPECT_LE(whole.error, 1.001) << whole.at;
-  if (dense() > 1)
+  if (density() > 1)
     std::printf("arctangent2 %.3f, power %.3f of the stated, power_integer %.3f\n", angle.error, power.error,
                 whole.error);
 }

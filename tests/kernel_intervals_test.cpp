@@ -84,7 +84,7 @@ TEST(KernelDuals, SlopesContainDifferenceQuotients) {
     for (const auto& operation : dual_operations()) {
       Random random(11);
       int failures = 0, with_slope = 0;
-      for (int i = 0; i < 5000 * dense() && failures < 3; i++) {
+      for (int i = 0; i < 5000 * density() && failures < 3; i++) {
         const double extent = std::ldexp(1.0, random.below(26) - 20);
         double start[4], rise[4];
         Dual lines[4];

@@ -11,6 +11,7 @@
 #include <random>
 #include <vector>
 
+#include "harness/density.hpp"
 #include "harness/meshes.hpp"
 #include "reference/mesh_curvature.hpp"
 
@@ -99,12 +100,13 @@ TEST(MeshReference, EveryLineEntersAsOftenAsItLeaves) {
       const dvec3 offset = away * scale * dvec3(1.3, -0.7, 0.4);
       for (const Mesh& mesh : {test::box_mesh(glm::vec3(-1), glm::vec3(1), 4), test::sphere_mesh(1, 2)}) {
         const Mesh moved = test::placed(mesh, scale, offset);
-        if (moved.repairs() == MeshRepairs()) expect_parity(moved, 60);
+        if (moved.repairs() == MeshRepairs()) expect_parity(moved, 60 / test::sanitized_part);
       }
-      expect_parity(test::placed(test::box_mesh(glm::vec3(-2), glm::vec3(2), 1), scale, offset), 60);
+      expect_parity(test::placed(test::box_mesh(glm::vec3(-2), glm::vec3(2), 1), scale, offset),
+                    60 / test::sanitized_part);
     }
   }
-  expect_parity(test::torus_mesh(3, 1, 32, 16), 200);
+  expect_parity(test::torus_mesh(3, 1, 32, 16), 200 / test::sanitized_part);
 }
 
 // All lines of a lattice through a box of cubes: every line runs in planes of triangles, along edges, or through vertices.

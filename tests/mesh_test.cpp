@@ -1,17 +1,16 @@
 // Meshes from arrays: what is refused, what is repaired and counted, and how triangles hang together.
 #include "smurf/mesh.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <ctime>
-#include <functional>
-#include <iostream>
 #include <limits>
 #include <random>
 #include <vector>
 
 #include "fields/mesh_builder.hpp"
+#include "harness/density.hpp"
 #include "harness/meshes.hpp"
 #include "harness/refusal.hpp"
 
@@ -259,39 +258,29 @@ TEST(Mesh, TopologyOfOpenAndNonManifoldSurfaces) {
   EXPECT_EQ(moebius.orientation, MeshOrientation::mixed);
 }
 
-double seconds_of(const std::function<void()>& action) {
-  const std::clock_t start = std::clock();
-  action();
-  return double(std::clock() - start) / CLOCKS_PER_SEC;
-}
-
 TEST(Mesh, TenMillionTrianglesWithoutArea) {
   Vertices vertices = tetrahedron_vertices;
   vertices.emplace_back(0.0f, 0.1f, 0.2f);
   vertices.emplace_back(0.0f, 0.2f, 0.4f);
-  Faces faces(10'000'000, {0, 1, 1});
+  Faces faces(10'000'000 / test::sanitized_part, {0, 1, 1});
   for (std::size_t i = 0; i < faces.size(); i += 2) faces[i] = {0, 4, 5};
-  EXPECT_REFUSED(make_mesh(vertices, faces), "5000000 triangles name a vertex twice, 5000000 have zero area");
+  const std::size_t half = faces.size() / 2;
+  EXPECT_REFUSED(make_mesh(vertices, faces),
+                 fmt::format("{0} triangles name a vertex twice, {0} have zero area", half));
   faces[4711] = {0, 1, 2};
   const Mesh mesh = make_mesh(vertices, faces, {.weld = true});
   EXPECT_EQ(mesh.face_count(), 1u);
   EXPECT_EQ(mesh.source_faces()[0], 4711u);
-  EXPECT_EQ(mesh.repairs(),
-            (MeshRepairs{.repeated_corners = 4'999'999, .zero_area = 5'000'000, .unreferenced_vertices = 3}));
+  EXPECT_EQ(mesh.repairs(), (MeshRepairs{.repeated_corners = half - 1, .zero_area = half, .unreferenced_vertices = 3}));
 }
 
-// Ten million triangles: within seconds, as nothing grows faster than n log n.
 TEST(Mesh, TenMillionTriangles) {
-  Mesh mesh = make_mesh(tetrahedron_vertices, tetrahedron_faces);
-  const double building = seconds_of([&] { mesh = test::torus_mesh(3, 1, 2500, 2000); });
-  EXPECT_EQ(mesh.face_count(), 10'000'000u);
-  const double finding = seconds_of([&] { mesh.topology(); });
+  const Mesh mesh = test::torus_mesh(3, 1, 2500 / test::sanitized_part, 2000);
+  EXPECT_EQ(mesh.face_count(), 10'000'000u / test::sanitized_part);
   EXPECT_EQ(mesh.topology().euler_characteristic, 0);
-  EXPECT_EQ(mesh.topology().edges, 15'000'000u);
+  EXPECT_EQ(mesh.topology().edges, 15'000'000u / test::sanitized_part);
   EXPECT_TRUE(mesh.topology().closed && mesh.topology().manifold);
-  const double welding = seconds_of([&] { make_mesh(mesh.vertices(), mesh.faces(), {.weld = true}); });
-  EXPECT_LT(building + finding + welding, 60.0);
-  std::cout << "built in " << building << " s, topology in " << finding << " s, welded in " << welding << " s\n";
+  EXPECT_EQ(make_mesh(mesh.vertices(), mesh.faces(), {.weld = true}).vertex_count(), mesh.vertex_count());
 }
 
 }  // namespace

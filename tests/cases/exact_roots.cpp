@@ -21,6 +21,7 @@
 #include "expression/files.hpp"
 #include "expression/parser.hpp"
 #include "harness/compile_at_most.hpp"
+#include "harness/density.hpp"
 #include "harness/devices.hpp"
 #include "harness/kernel_cover.hpp"
 #include "harness/replay.hpp"
@@ -326,10 +327,7 @@ void check(const Scene& scene, const Exact& exact, const TestDevice& device, con
   EXPECT_LE(double(flagged), most_flagged * double(rays.size()) + (device.name == "reference" ? 1 : 0)) << label;
 }
 
-std::size_t rays_of(std::size_t usual) {
-  const char* dense = std::getenv("SMURF_TEST_DENSE");
-  return usual * std::size_t(dense ? std::max(1, std::atoi(dense)) : 1);
-}
+std::size_t rays_of(std::size_t usual) { return usual * std::size_t(density()); }
 
 void run(const Scene& scene, const Exact& exact, const TestDevice& device, std::size_t count) {
   const RayBatch rays = chords(scene.domain, count, 41);

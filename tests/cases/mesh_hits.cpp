@@ -9,6 +9,7 @@
 #include <iostream>
 #include <random>
 
+#include "harness/density.hpp"
 #include "harness/devices.hpp"
 #include "harness/kernel_cover.hpp"
 #include "harness/meshes.hpp"
@@ -24,11 +25,6 @@ namespace {
 
 // Whole lines, as far as a mesh can be away.
 constexpr float everywhere = 1e30f;
-
-std::size_t density() {
-  const char* text = std::getenv("SMURF_TEST_DENSE");
-  return text ? std::size_t(std::max(1, std::atoi(text))) : 1;
-}
 
 class Rays {
  public:
@@ -180,8 +176,8 @@ void expect_as_reference(const Mesh& mesh, const RayBatch& rays, const std::stri
 }
 
 void expect_all_as_reference(const Mesh& mesh, const std::string& name) {
-  expect_as_reference(mesh, random_chords(mesh, 1000 * density(), 3), name + ", chords");
-  expect_as_reference(mesh, hostile_rays(mesh, 150 * density()), name + ", hostile rays");
+  expect_as_reference(mesh, random_chords(mesh, 1000 * std::size_t(density()), 3), name + ", chords");
+  expect_as_reference(mesh, hostile_rays(mesh, 150 * std::size_t(density())), name + ", hostile rays");
   for (int axis = 0; axis < 3; axis++) expect_as_reference(mesh, raster(mesh, axis), name + ", raster");
   const Bounds bounds{glm::dvec3(mesh.lower()), glm::dvec3(mesh.upper())};
   expect_as_reference(mesh, fitted_camera(bounds, 48, 40).rays(), name + ", camera");
@@ -263,7 +259,7 @@ TEST(MeshHits, ParityOfManyLines) {
   }
   const Mesh mesh = torus_mesh(3, 1, 200, 100);
   const Interrogator query(device->device, mesh_surface(mesh));
-  for (std::size_t part = 0; part < 2 * density(); part++) {
+  for (std::size_t part = 0; part < 2 * std::size_t(density()); part++) {
     const HitList hits = query.cast(random_chords(mesh, 500000, unsigned(part)), {.hits = Hits::all});
     std::size_t odd = 0;
     for (std::size_t ray = 0; ray < hits.ray_count(); ray++) odd += (hits.offsets()[ray + 1] - hits.offsets()[ray]) % 2;
@@ -277,8 +273,8 @@ TEST(MeshHits, SharedMeshes) {
   for (const std::string file : {"cgal_elephant.off", "cgal_ellipe0.003.off", "cgal_knot2.off",
                                  "cgal_poly2x2+y2-0.0625.off", "cgal_sphere966.off", "libigl_bunny.off", "spot.obj"}) {
     const Mesh mesh = load_mesh(shared_data("meshes") / file);
-    expect_as_reference(mesh, hostile_rays(mesh, 60 * density()), file + ", hostile rays");
-    expect_as_reference(mesh, random_chords(mesh, 500 * density(), 5), file + ", chords");
+    expect_as_reference(mesh, hostile_rays(mesh, 60 * std::size_t(density())), file + ", hostile rays");
+    expect_as_reference(mesh, random_chords(mesh, 500 * std::size_t(density()), 5), file + ", chords");
     const Bounds bounds{glm::dvec3(mesh.lower()), glm::dvec3(mesh.upper())};
     expect_as_reference(mesh, fitted_camera(bounds, 40, 40).rays(), file + ", camera");
   }

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstdlib>
 #include <functional>
 #include <limits>
 #include <random>
@@ -19,6 +18,7 @@
 #include <immintrin.h>
 #endif
 
+#include "harness/density.hpp"
 #include "harness/one_lane.hpp"
 
 namespace fused {
@@ -34,17 +34,14 @@ using one_lane::separate::multiply_add;
 
 namespace smurf {
 
+using test::density;
+
 inline constexpr double kRounding = 0x1p-24;
 inline constexpr double kTiny = TINY_REAL;
 inline constexpr double kMost = std::numeric_limits<float>::max();
 inline constexpr double kHuge = HUGE_REAL;
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 inline constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
-
-inline int dense() {
-  const char* wanted = std::getenv("SMURF_TEST_DENSE");
-  return wanted ? std::max(1, std::atoi(wanted)) : 1;
-}
 
 // Denormals are flushed, as operands and as results, while this lives.
 class Flushing {
@@ -245,7 +242,7 @@ inline std::string text(Interval a) {
 
 template <class Interval, class Make>
 void enclose_all(const std::vector<Operation<Interval>>& operations, Make make, bool flushed) {
-  const int intervals = 5000 * dense(), points = 40 + 3 * std::min(dense(), 20);
+  const int intervals = 5000 * density(), points = 40 + 3 * std::min(density(), 20);
   for (const auto& operation : operations) {
     Random random(7);
     int failures = 0;
