@@ -242,6 +242,7 @@ std::vector<Value> read_values(ValueReader& reader, const Property& property) {
   const Index count = reader.read(*property.count_type).whole;
   if (count < 0) reader.fail(fmt::format("a list of {} values", count));
   std::vector<Value> values;
+  values.reserve(std::size_t(std::min<Index>(count, 16)));
   for (Index i = 0; i < count; i++) values.push_back(reader.read(property.type));
   return values;
 }

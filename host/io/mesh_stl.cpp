@@ -93,13 +93,15 @@ Polygons read_stl(const path& file, const std::string& bytes) {
   const std::size_t expected = header_bytes + triangle_bytes * triangles;
   if (bytes.size() >= header_bytes && bytes.size() == expected) return read_binary(bytes, triangles);
   WordReader first(file, bytes, '\n');
-  if (is_word(first.word(), "solid")) return read_text(file, bytes);
+  const bool has_zeros = bytes.find('\0') != bytes.npos;  // which no text has
+  if (is_word(first.word(), "solid") && !has_zeros) return read_text(file, bytes);
   const std::string size = bytes.size() < header_bytes
                                ? fmt::format("{} bytes are too few for a binary one", bytes.size())
                                : fmt::format("as a binary one of {} triangles it would have {} bytes, not {}",
                                              triangles, expected, bytes.size());
   throw Error(ErrorCode::input,
-              fmt::format("\"{}\": no STL file: as text it would begin with \"solid\", and {}", file.string(), size));
+              fmt::format("\"{}\": no STL file: as text it would begin with \"solid\" and have no zero bytes, and {}",
+                          file.string(), size));
 }
 
 }  // namespace smurf

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <set>
 
 #include "io/mesh_file.hpp"
@@ -104,18 +105,21 @@ std::uint32_t obj_corner(const WordReader& reader, std::string_view word, std::s
 }  // namespace
 
 Polygons read_obj(const path& file, const std::string& text) {
-  // Lines that end with a backslash go on: the backslash and the end of the line are blanks.
+  // Lines that end with a backslash go on: the backslash and the end of the line are blanks, of which '\v' counts as a line.
   std::string joined;
   if (text.find('\\') != text.npos) {
     joined = text;
     for (std::size_t at = joined.find('\\'); at != joined.npos; at = joined.find('\\', at + 1)) {
       const std::size_t end = joined.find_first_not_of('\r', at + 1);
-      if (end != joined.npos && joined[end] == '\n')
-        std::fill(joined.begin() + std::ptrdiff_t(at), joined.begin() + std::ptrdiff_t(end) + 1, ' ');
+      if (end == joined.npos || joined[end] != '\n') continue;
+      std::fill(joined.begin() + std::ptrdiff_t(at), joined.begin() + std::ptrdiff_t(end), ' ');
+      joined[end] = '\v';
     }
   }
   WordReader reader(file, joined.empty() ? text : joined, '#');
   Polygons polygons;
+  std::uint32_t greatest = 0;  // corner, and where it stands; faces may name vertices that follow
+  std::optional<WordReader> at_greatest;
   do {
     const std::string_view statement = reader.word_in_line();
     if (statement.empty()) continue;
@@ -123,8 +127,13 @@ Polygons read_obj(const path& file, const std::string& text) {
       polygons.vertices.push_back(read_vertex(reader));
     } else if (statement == "f" || statement == "fo") {
       const std::size_t begin = polygons.corners.size();
-      for (std::string_view word = reader.word_in_line(); !word.empty(); word = reader.word_in_line())
-        polygons.corners.push_back(obj_corner(reader, word, polygons.vertices.size()));
+      for (std::string_view word = reader.word_in_line(); !word.empty(); word = reader.word_in_line()) {
+        const std::uint32_t corner = obj_corner(reader, word, polygons.vertices.size());
+        polygons.corners.push_back(corner);
+        if (corner <= greatest || corner < polygons.vertices.size()) continue;
+        greatest = corner;
+        at_greatest.emplace(reader);
+      }
       polygons.sizes.push_back(std::uint32_t(polygons.corners.size() - begin));
     } else if (other_elements.contains(statement)) {
       polygons.ignored_elements++;
@@ -132,11 +141,9 @@ Polygons read_obj(const path& file, const std::string& text) {
       reader.fail(fmt::format("\"{}\" is no statement of OBJ files", WordReader::shown(statement)));
     }
   } while (reader.next_line());
-  const auto wrong =
-      std::ranges::find_if(polygons.corners, [&](std::uint32_t c) { return c >= polygons.vertices.size(); });
-  if (wrong != polygons.corners.end())
-    throw Error(ErrorCode::input, fmt::format("\"{}\": a face names vertex {}, but there are {} (from 1)",
-                                              file.string(), std::uint64_t(*wrong) + 1, polygons.vertices.size()));
+  if (at_greatest && greatest >= polygons.vertices.size() && !polygons.vertices.empty())
+    at_greatest->fail(fmt::format("a face names vertex {}, but there are {} (from 1)", std::uint64_t(greatest) + 1,
+                                  polygons.vertices.size()));
   return polygons;
 }
 

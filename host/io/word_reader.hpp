@@ -48,7 +48,9 @@ class WordReader {
   std::size_t position() const { return at_; }
 
   [[noreturn]] void fail(const std::string& message) const {
-    throw Error(ErrorCode::input, fmt::format("\"{}\", line {}: {}", file_.string(), line_, message));
+    // Lines that go on, whose ends stand as '\v', count as several.
+    const std::size_t line = line_ + std::size_t(std::ranges::count(text_.substr(0, at_), '\v'));
+    throw Error(ErrorCode::input, fmt::format("\"{}\", line {}: {}", file_.string(), line, message));
   }
 
   // `what` says in messages which number it is.

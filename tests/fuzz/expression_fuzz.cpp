@@ -1,8 +1,5 @@
 // A libFuzzer target for what reads expressions: the parser, .jsurf and .vm files. The first byte says which. What is
 // accepted is also differentiated, evaluated, bounded and written as source. Only an Error may leave, of one line.
-//
-//   clang++ -std=c++20 -g -O1 -fsanitize=fuzzer,address,undefined -Ihost -Ihost/include
-//     tests/fuzz/expression_fuzz.cpp host/expression/*.cpp host/io/text_file.cpp -lfmt -o expression_fuzz
 #include <array>
 #include <cmath>
 #include <cstdint>
