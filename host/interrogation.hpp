@@ -29,6 +29,7 @@ class Interrogation {
 };
 
 std::unique_ptr<Interrogation> interrogate_on_device(const Device& device,
-                                                     const std::shared_ptr<const SurfaceModel>& model);
+                                                     const std::shared_ptr<const SurfaceModel>& model,
+                                                     const PrepareOptions& options = {});
 
 }  // namespace smurf

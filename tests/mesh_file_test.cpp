@@ -1,7 +1,6 @@
 // Mesh files: each format written here by hand, damaged ones, and the meshes of the shared data with their known counts.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <atomic>
@@ -9,12 +8,12 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <random>
 
 #include "harness/density.hpp"
 #include "harness/refusal.hpp"
 #include "harness/shared_data.hpp"
+#include "harness/trimesh.hpp"
 #include "io/text_file.hpp"
 #include "parallel.hpp"
 #include "reference/mesh.hpp"
@@ -365,47 +364,25 @@ TEST(MeshFile, SharedMeshes) {
   }
 }
 
-// Rays of trimesh's tests, with what brute force finds in double (data/README.md): no ray passes within 1e-6 of an edge. The rays are in
-// double, the corners of the OFF file rounded to floats, which moves the sum of its t by some 1e-8 of it.
+// Rays of trimesh's tests. The rays are in double, the corners of the OFF file rounded to floats, which moves the sum of its t by
+// some 1e-8 of it.
 TEST(MeshFile, CrossingsOfTrimeshsRays) {
   if (!has_shared_data("expected")) GTEST_SKIP();
-  const fs::path folder = shared_data("expected");
-  std::string text;
-  const gzFile stream = gzopen((folder / "trimesh_ray_data.json.gz").c_str(), "rb");
-  ASSERT_NE(stream, nullptr);
-  char buffer[65536];
-  for (int count = 0; (count = gzread(stream, buffer, sizeof buffer)) > 0;) text.append(buffer, std::size_t(count));
-  gzclose(stream);
-  const auto cases = nlohmann::json::parse(text)["rays"];
-  struct Row {
-    const char* name;
-    std::size_t rays, crossings;
-    double sum, tolerance;
-  };
-  const Row rows[] = {{"ballA.off", 344, 688, 4524.714385036, 1e-4},
-                      {"featuretype.STL", 360, 1348, 1026.054797525, 1e-8},
-                      {"angle_block.STL", 360, 1392, 395.914912758, 1e-8},
-                      {"cylinder.stl", 343, 686, 1340.739175801, 1e-8}};
-  for (const Row& row : rows) {
-    SCOPED_TRACE(row.name);
-    ASSERT_TRUE(cases.contains(row.name));
-    const auto &origins = cases[row.name]["ray_origins"], &directions = cases[row.name]["ray_directions"];
-    ASSERT_EQ(origins.size(), 1200u);
-    const Mesh mesh = load_mesh(folder / "trimesh_models" / row.name);
-    const ReferenceMesh reference(mesh);
+  for (const test::TrimeshCase& known : test::trimesh_cases()) {
+    SCOPED_TRACE(known.name);
+    const ReferenceMesh reference(load_mesh(known.file));
     std::size_t rays = 0, crossings = 0;
     double sum = 0;
-    for (std::size_t i = 0; i < origins.size(); i++) {
-      const auto vector = [](const nlohmann::json& v) { return glm::dvec3(v[0], v[1], v[2]); };
-      const auto hits = reference.hits({vector(origins[i]), vector(directions[i])}, false);
+    for (std::size_t i = 0; i < known.origins.size(); i++) {
+      const auto hits = reference.hits({known.origins[i], known.directions[i]}, false);
       rays += !hits.empty();
       crossings += hits.size();
       sum += hits.empty() ? 0 : hits[0].t;
     }
-    EXPECT_EQ(rays, row.rays);
-    EXPECT_EQ(crossings, row.crossings);
-    EXPECT_NEAR(sum, row.sum, row.tolerance);
-    std::cout << row.name << ": " << fmt::format("{:.9f}", sum) << "\n";
+    EXPECT_EQ(rays, known.rays_that_hit);
+    EXPECT_EQ(crossings, known.crossings);
+    EXPECT_NEAR(sum, known.sum_of_nearest_t, known.name == "ballA.off" ? 1e-4 : 1e-8);
+    std::cout << known.name << ": " << fmt::format("{:.9f}", sum) << "\n";
   }
 }
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -13,6 +14,7 @@
 #include "harness/density.hpp"
 #include "harness/meshes.hpp"
 #include "harness/refusal.hpp"
+#include "surfaces/mesh_hierarchy.hpp"
 
 namespace smurf {
 namespace {
@@ -281,6 +283,56 @@ TEST(Mesh, TenMillionTriangles) {
   EXPECT_EQ(mesh.topology().edges, 15'000'000u / test::sanitized_part);
   EXPECT_TRUE(mesh.topology().closed && mesh.topology().manifold);
   EXPECT_EQ(make_mesh(mesh.vertices(), mesh.faces(), {.weld = true}).vertex_count(), mesh.vertex_count());
+}
+
+// Progress only grows, is told one call at a time, and what it throws ends the work.
+TEST(Mesh, HierarchyTellsItsProgress) {
+  const Mesh mesh = test::torus_mesh(3, 1, 400, 300);
+  std::size_t calls = 0, last = 0;
+  std::atomic<int> inside = 0;
+  const MeshHierarchy hierarchy = build_hierarchy(mesh, 1, [&](std::size_t done, std::size_t total) {
+    EXPECT_EQ(++inside, 1);
+    EXPECT_EQ(total, mesh.face_count());
+    EXPECT_GE(done, last);
+    EXPECT_LE(done, total);
+    last = done;
+    calls++;
+    inside--;
+  });
+  EXPECT_GT(calls, 10u);
+  EXPECT_GT(last, mesh.face_count() / 2);
+  EXPECT_GT(hierarchy.nodes.size(), 1000u);
+
+  struct Enough {};
+  calls = 0;
+  EXPECT_THROW(build_hierarchy(mesh, 1,
+                               [&](std::size_t, std::size_t) {
+                                 if (++calls == 3) throw Enough();
+                               }),
+               Enough);
+  EXPECT_EQ(calls, 3u);
+  EXPECT_EQ(build_hierarchy(mesh, 1).triangles, hierarchy.triangles) << "and the next is built";
+}
+
+// Polygons of as many corners as are taken: some that offer no ear for long.
+TEST(Mesh, PolygonsOfManyCorners) {
+  constexpr std::uint32_t corners = most_corners / test::sanitized_part;
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  std::vector<glm::dvec3> scribble, comb, spiral;
+  for (std::uint32_t i = 0; i < corners; i++) {
+    scribble.emplace_back(uniform(random), uniform(random), 0);
+    comb.emplace_back(i, i % 2 == 0 ? 0 : 1 + 0.001 * i, 0);
+    // In along one arm, out along another beside it.
+    const bool in = i < corners / 2;
+    const double angle = 0.01 * (in ? i : corners - i), r = angle + (in ? 0.0 : 1.0);
+    spiral.emplace_back(r * std::cos(angle), r * std::sin(angle), 0);
+  }
+  for (const auto& polygon : {scribble, comb, spiral}) {
+    std::vector<glm::uvec3> triangles;
+    split_polygon(polygon, triangles);
+    EXPECT_EQ(triangles.size(), corners - 2);
+  }
 }
 
 }  // namespace

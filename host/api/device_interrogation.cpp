@@ -68,11 +68,12 @@ class Rows {
 
 class DeviceInterrogation final : public Interrogation {
  public:
-  DeviceInterrogation(const Device& device, const std::shared_ptr<const SurfaceModel>& model)
+  DeviceInterrogation(const Device& device, const std::shared_ptr<const SurfaceModel>& model,
+                      const PrepareOptions& options)
       : device_(device),
         executor_(device_.executor()),
         model_(model),
-        surface_(model->reside(executor_)),
+        surface_(model->reside(executor_, options)),
         coordinates_(model->has_coordinates()) {
     compile();
   }
@@ -162,7 +163,7 @@ class DeviceInterrogation final : public Interrogation {
   void update(const std::shared_ptr<const SurfaceModel>& model) override {
     model_ = model;
     if (!surface_->update(*model)) {
-      surface_ = model->reside(executor_);
+      surface_ = model->reside(executor_, {});
       coordinates_ = model->has_coordinates();
       compile();
     }
@@ -315,11 +316,13 @@ class DeviceInterrogation final : public Interrogation {
       if (block.invalid < 0) continue;
       const std::size_t index = tile.first + std::size_t(block.invalid);
       const Ray ray = rays[index];
-      throw Error(ErrorCode::input, fmt::format("ray {} is not valid: origin ({}, {}, {}), direction ({}, {}, {}), t "
-                                                "in [{}, {}]; numbers must be finite (t_max may be "
-                                                "infinite), the direction not zero, t_min <= t_max",
-                                                index, ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x,
-                                                ray.direction.y, ray.direction.z, ray.t_min, ray.t_max));
+      throw Error(ErrorCode::input,
+                  fmt::format("ray {} is not valid: origin ({}, {}, {}), direction ({}, {}, {}), t "
+                              "in [{}, {}]; numbers must be finite (t_max may be "
+                              "infinite), the direction not zero, t_min <= t_max, the origin not 5e11 times as "
+                              "far out as a mesh",
+                              index, ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x, ray.direction.y,
+                              ray.direction.z, ray.t_min, ray.t_max));
     }
   }
 
@@ -522,8 +525,9 @@ class DeviceInterrogation final : public Interrogation {
 };
 
 std::unique_ptr<Interrogation> interrogate_on_device(const Device& device,
-                                                     const std::shared_ptr<const SurfaceModel>& model) {
-  return std::make_unique<DeviceInterrogation>(device, model);
+                                                     const std::shared_ptr<const SurfaceModel>& model,
+                                                     const PrepareOptions& options) {
+  return std::make_unique<DeviceInterrogation>(device, model, options);
 }
 
 }  // namespace smurf

@@ -36,11 +36,11 @@ std::string_view name_of(HitStatus status) {
   return "unknown";
 }
 
-Interrogator::Interrogator(const Device& device, const Surface& surface) {
+Interrogator::Interrogator(const Device& device, const Surface& surface, const PrepareOptions& options) {
   if (device.is_reference()) {
     interrogation_ = surface.model().reference();
   } else {
-    interrogation_ = interrogate_on_device(device, surface.share());
+    interrogation_ = interrogate_on_device(device, surface.share(), options);
   }
 }
 

@@ -36,7 +36,8 @@ struct CastCommand {
 
 struct ProbeCommand {
   std::filesystem::path surface, points, output;
-  std::string properties = "value,normal,gauss,mean";
+  std::optional<std::string>
+      properties;  // by default normal, gauss and mean, and what tells where on the surface the point is
   DeviceChoice device;
 };
 

@@ -38,7 +38,7 @@ std::string vector_text(const glm::dvec3& v) { return fmt::format("({:g}, {:g}, 
 std::string memory_on_device(const Surface& surface, const InfoOptions& options, const CommonOptions& common) {
   try {
     const Device device = open(options.device, common);
-    const Interrogator query(device, surface);
+    const Interrogator query = prepare(device, surface, common);
     return fmt::format("{} on {}:{} ({})", bytes_text(query.device_bytes()), device.info().executor,
                        device.info().index, device.info().name);
   } catch (const Error& error) {

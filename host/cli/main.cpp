@@ -114,18 +114,19 @@ void CommandLine::declare_query(CLI::App& app) {
       ->type_name("RAYS.csv")
       ->required();
   verb->add_option("--hits", cast.hits, "all or first")->check(CLI::IsMember({"all", "first"}))->capture_default_str();
-  verb->add_option("--properties", cast.properties, "Of value,normal,gauss,mean,principal,directions")
+  verb->add_option("--properties", cast.properties, "Of value,normal,gauss,mean,principal,directions,parameters")
       ->type_name("LIST");
   add_device(verb, cast.device);
   add_output(verb, cast.output, "HITS.csv", "One row per hit; .vtp in place of .csv writes VTK XML");
   chosen(verb, [this] { run_cast(cast, common); });
 
-  verb = app.add_subcommand("probe", "Properties of the level sets through points");
+  verb = app.add_subcommand("probe", "Properties of the level sets through points, or of a surface's nearest points");
   add_surface(verb, probe.surface);
   verb->add_option("--points", probe.points, "Points: columns x,y,z")->type_name("POINTS.csv")->required();
-  verb->add_option("--properties", probe.properties, "Of value,normal,gauss,mean,principal,directions")
-      ->type_name("LIST")
-      ->capture_default_str();
+  verb->add_option("--properties", probe.properties,
+                   "Of value,normal,gauss,mean,principal,directions,parameters; by default normal,gauss,mean, of level "
+                   "sets value, of others parameters")
+      ->type_name("LIST");
   add_device(verb, probe.device);
   add_output(verb, probe.output, "OUT.csv", "One row per point; .vtp in place of .csv writes VTK XML");
   chosen(verb, [this] { run_probe(probe, common); });

@@ -73,7 +73,7 @@ void run_render(const RenderCommand& command, const CommonOptions& common) {
   const Surface surface = load_surface(command.surface);
   options.camera = camera_of(command, surface.bounds());
   const Device device = open(command.device, common);
-  const Interrogator query(device, surface);
+  const Interrogator query = prepare(device, surface, common);
 
   const Stopwatch watch;
   Image image;

@@ -15,6 +15,7 @@
 #include "smurf/error.hpp"
 #include "smurf/interrogator.hpp"
 #include "smurf/surface.hpp"
+#include "surfaces/surface_model.hpp"
 
 namespace smurf {
 
@@ -38,9 +39,11 @@ void refuse_bad_rays(const HitList& hits, const RayBatch& rays, const std::files
   for (std::size_t i = 0; i < hits.ray_count(); i++) {
     if (hits.ray_status()[i] == RayStatus::ok) continue;
     const Ray ray = rays[i];
-    const std::string_view reason = ray.direction == glm::vec3(0.0f) ? "its direction is zero"
-                                    : ray.t_min > ray.t_max          ? "tmin is greater than tmax"
-                                                            : "its numbers must be finite, and its direction not zero";
+    const std::string_view reason =
+        ray.direction == glm::vec3(0.0f) ? "its direction is zero"
+        : ray.t_min > ray.t_max          ? "tmin is greater than tmax"
+                                : "its numbers must be finite, its direction not zero, and its origin not 5e11 times "
+                                  "as far out as a mesh";
     throw Error(ErrorCode::input,
                 fmt::format("{}, line {}: this ray cannot be cast: {}", file.string(), line_of_row(file, i), reason));
   }
@@ -58,6 +61,11 @@ Table table_of(const HitList& hits, const std::vector<Property>& properties, std
   return table;
 }
 
+// What `probe` tells unless it is asked for something else.
+std::string usual(const Surface& surface) {
+  return surface.model().has_coordinates() ? "normal,gauss,mean,parameters" : "value,normal,gauss,mean";
+}
+
 }  // namespace
 
 void run_cast(const CastCommand& command, const CommonOptions& common) {
@@ -66,7 +74,7 @@ void run_cast(const CastCommand& command, const CommonOptions& common) {
   const std::vector<Property> properties = properties_named(command.properties, surface);
   const RayBatch rays = read_rays(command.rays);
   const Device device = open(command.device, common);
-  const Interrogator query(device, surface);
+  const Interrogator query = prepare(device, surface, common);
 
   const Stopwatch watch;
   HitList hits;
@@ -86,10 +94,10 @@ void run_cast(const CastCommand& command, const CommonOptions& common) {
 void run_probe(const ProbeCommand& command, const CommonOptions& common) {
   check_output(command.output, {".csv", ".vtp"});
   const Surface surface = load_surface(command.surface);
-  const std::vector<Property> properties = properties_named(command.properties, surface);
+  const std::vector<Property> properties = properties_named(command.properties.value_or(usual(surface)), surface);
   const PointTable points = read_points(command.points);
   const Device device = open(command.device, common);
-  const Interrogator query(device, surface);
+  const Interrogator query = prepare(device, surface, common);
 
   const Stopwatch watch;
   PointProperties values;

@@ -9,6 +9,7 @@
 #include <string>
 #include <system_error>
 
+#include "cli/progress.hpp"
 #include "smurf/error.hpp"
 
 namespace smurf {
@@ -19,6 +20,11 @@ Device open(const DeviceChoice& choice, const CommonOptions& common) {
   options.validation = choice.validation;
   options.timing = common.verbose;
   return open_device(choice.name, options);
+}
+
+Interrogator prepare(const Device& device, const Surface& surface, const CommonOptions& common) {
+  Progress progress(fmt::format("preparing the {}", surface.kind()), common.quiet);
+  return Interrogator(device, surface, {.progress = progress.callback()});
 }
 
 std::string extension_of(const std::filesystem::path& file) {

@@ -180,7 +180,7 @@ std::vector<Fact> BlackBoxSurface::facts() const {
   return facts;
 }
 
-std::unique_ptr<ResidentSurface> BlackBoxSurface::reside(Executor& executor) const {
+std::unique_ptr<ResidentSurface> BlackBoxSurface::reside(Executor& executor, const PrepareOptions&) const {
   return std::make_unique<ResidentBlackBox>(*this, executor);
 }
 

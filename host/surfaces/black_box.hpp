@@ -15,7 +15,7 @@ class BlackBoxSurface : public SurfaceModel {
   Bounds bounds() const override { return {domain.lower, domain.upper}; }
   std::uint32_t properties() const override;
   std::vector<Fact> facts() const override;
-  std::unique_ptr<ResidentSurface> reside(Executor& executor) const override;
+  std::unique_ptr<ResidentSurface> reside(Executor& executor, const PrepareOptions& options) const override;
   std::unique_ptr<Interrogation> reference() const override;  // host/reference/black_box.cpp
 
   double diagonal() const { return glm::length(domain.upper - domain.lower); }

@@ -303,7 +303,7 @@ std::vector<Fact> GridIsosurface::facts() const {
   return facts;
 }
 
-std::unique_ptr<ResidentSurface> GridIsosurface::reside(Executor& executor) const {
+std::unique_ptr<ResidentSurface> GridIsosurface::reside(Executor& executor, const PrepareOptions&) const {
   return std::make_unique<ResidentGridIsosurface>(*this, executor);
 }
 

@@ -13,7 +13,7 @@ class GridIsosurface : public SurfaceModel {
   Bounds bounds() const override;
   std::uint32_t properties() const override;
   std::vector<Fact> facts() const override;
-  std::unique_ptr<ResidentSurface> reside(Executor& executor) const override;
+  std::unique_ptr<ResidentSurface> reside(Executor& executor, const PrepareOptions& options) const override;
   std::unique_ptr<Interrogation> reference() const override;  // host/reference/grid_isosurface.cpp
 
   const Volume volume;

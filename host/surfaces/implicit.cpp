@@ -393,7 +393,7 @@ RootDecider ImplicitSurface::root_decider() const {
   };
 }
 
-std::unique_ptr<ResidentSurface> ImplicitSurface::reside(Executor& executor) const {
+std::unique_ptr<ResidentSurface> ImplicitSurface::reside(Executor& executor, const PrepareOptions&) const {
   if (is_interpreted(*function)) return reside_as_tape(*this, executor);
   return std::make_unique<ResidentImplicit>(*this, executor);
 }

@@ -46,7 +46,7 @@ class ImplicitSurface : public SurfaceModel {
   Bounds bounds() const override { return {domain.lower, domain.upper}; }
   std::uint32_t properties() const override;
   std::vector<Fact> facts() const override;
-  std::unique_ptr<ResidentSurface> reside(Executor& executor) const override;
+  std::unique_ptr<ResidentSurface> reside(Executor& executor, const PrepareOptions& options) const override;
   std::unique_ptr<Interrogation> reference() const override;  // host/reference/implicit.cpp
   std::optional<AnalyticField> analytic_field() const override;
   RootDecider root_decider() const override;

@@ -19,10 +19,20 @@
 namespace smurf {
 namespace {
 
+// The power of two by which coordinates are multiplied on the device, so that the greatest is 1 to 2: products of three have room in
+// floats then, and powers of two round nothing. (Coordinates below 2^-126 of the greatest may be lost.)
+float unit_of(const Mesh& mesh) {
+  float size = 0;
+  for (int axis = 0; axis < 3; axis++)
+    size = std::max({size, std::abs(mesh.lower()[axis]), std::abs(mesh.upper()[axis])});
+  return std::ldexp(1.0f, std::clamp(-std::ilogb(size), -126, 126));
+}
+
 class ResidentMesh final : public ResidentSurface {
  public:
-  ResidentMesh(const MeshSurface& surface, Executor& executor) : executor_(executor), mesh_(surface.mesh) {
-    const MeshHierarchy hierarchy = build_hierarchy(surface.mesh);
+  ResidentMesh(const MeshSurface& surface, Executor& executor, const PrepareOptions& options)
+      : executor_(executor), mesh_(surface.mesh), unit_(unit_of(surface.mesh)) {
+    const MeshHierarchy hierarchy = build_hierarchy(surface.mesh, unit_, options.progress);
     modules_["surface"] = embedded_core("mesh.inc");
     defines_["MESH_STACK"] = fmt::format("{}", std::max(64u, std::bit_ceil(unsigned(hierarchy.stack))));
     upload(executor, hierarchy.nodes, nodes_, "hierarchy of a mesh");
@@ -37,6 +47,7 @@ class ResidentMesh final : public ResidentSurface {
       size = std::max({size, std::abs(hierarchy.lower[axis]), std::abs(hierarchy.upper[axis])});
       extent = std::max(extent, hierarchy.upper[axis] - hierarchy.lower[axis]);
     }
+    put(MESH_UNIT, unit_);
     put(MESH_SIZE, size);
     put(MESH_EXTENT, extent);
     put(MESH_SCALE, std::ldexp(1.0f, std::clamp(-std::ilogb(extent), -126, 126)));
@@ -59,7 +70,7 @@ class ResidentMesh final : public ResidentSurface {
   // Normals and curvature at the vertices (kernels/core/mesh_curvature.inc).
   void prepare_properties() override {
     if (vertices_) return;
-    const MeshVertices tables = vertices_of(mesh_);
+    const MeshVertices tables = vertices_of(mesh_, unit_);
     TypedBuffer<std::uint32_t> vertices, pairs, rings;
     upload(executor_, tables.vertices, vertices, "vertices of a mesh");
     upload(executor_, tables.pairs, pairs, "corners at the vertices of a mesh");
@@ -97,11 +108,14 @@ class ResidentMesh final : public ResidentSurface {
     const std::size_t faces = 3 * mesh.face_count(), positions = 3 * mesh.vertex_count();
     corners_ = TypedBuffer<std::uint32_t>(executor, faces + positions, "corners of a mesh");
     executor.write(*corners_.get(), 0, mesh.faces().data(), faces * sizeof(std::uint32_t));
-    executor.write(*corners_.get(), faces * sizeof(float), mesh.vertices().data(), positions * sizeof(float));
+    std::vector<glm::vec3> places(mesh.vertices().begin(), mesh.vertices().end());
+    for (glm::vec3& place : places) place *= unit_;
+    executor.write(*corners_.get(), faces * sizeof(float), places.data(), positions * sizeof(float));
   }
 
   Executor& executor_;
   const Mesh mesh_;
+  const float unit_;
   std::map<std::string, std::string> modules_, defines_;
   TypedBuffer<std::uint32_t> nodes_, vertices_, triangles_, corners_, parameters_;
 };
@@ -113,8 +127,8 @@ std::uint32_t MeshSurface::properties() const {
          Property::directions | Property::normal_curvature;
 }
 
-std::unique_ptr<ResidentSurface> MeshSurface::reside(Executor& executor) const {
-  return std::make_unique<ResidentMesh>(*this, executor);
+std::unique_ptr<ResidentSurface> MeshSurface::reside(Executor& executor, const PrepareOptions& options) const {
+  return std::make_unique<ResidentMesh>(*this, executor, options);
 }
 
 }  // namespace smurf

@@ -17,7 +17,7 @@ class MeshSurface : public SurfaceModel {
   std::uint32_t properties() const override;
   bool has_coordinates() const override { return true; }
   std::vector<Fact> facts() const override;
-  std::unique_ptr<ResidentSurface> reside(Executor& executor) const override;
+  std::unique_ptr<ResidentSurface> reside(Executor& executor, const PrepareOptions& options) const override;
   std::unique_ptr<Interrogation> reference() const override;  // host/reference/mesh_surface.cpp
 
   const Mesh mesh;

@@ -7,8 +7,10 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <exception>
 #include <limits>
 #include <memory>
+#include <mutex>
 #include <span>
 
 #include "mesh_parameters.inc"
@@ -56,11 +58,37 @@ void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* pr
   return leaf;
 }
 
-bool report(void* progress, double part) {
-  const auto& call = *static_cast<const std::function<void(double)>*>(progress);
-  if (call) call(part);
-  return true;
-}
+// Embree calls from many threads, and no exception may pass through it.
+class Report {
+ public:
+  using Call = std::function<void(std::size_t done, std::size_t total)>;
+  Report(const Call& call, std::size_t total) : call_(call), total_(total) {}
+
+  // False ends the work.
+  static bool on(void* self, double part) { return static_cast<Report*>(self)->tell(part); }
+  void rethrow() const {
+    if (thrown_) std::rethrow_exception(thrown_);
+  }
+
+ private:
+  bool tell(double part) {
+    const std::lock_guard lock(mutex_);
+    if (thrown_) return false;
+    done_ = std::max(done_, std::size_t(std::clamp(part, 0.0, 1.0) * double(total_)));
+    try {
+      call_(done_, total_);
+    } catch (...) {
+      thrown_ = std::current_exception();
+    }
+    return !thrown_;
+  }
+
+  const Call& call_;
+  const std::size_t total_;
+  std::mutex mutex_;
+  std::size_t done_ = 0;
+  std::exception_ptr thrown_;
+};
 
 struct DeviceRelease {
   void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
@@ -72,7 +100,7 @@ struct HierarchyRelease {
 // Writes nodes in the order in which they are first met, breadth first.
 class Layout {
  public:
-  Layout(const Mesh& mesh, float margin) : mesh_(mesh), margin_(margin) {}
+  Layout(const Mesh& mesh, float unit, float margin) : mesh_(mesh), unit_(unit), margin_(margin) {}
 
   MeshHierarchy lay_out(const BuildNode& root, const Box& bounds) {
     result_.lower = bounds.lower - margin_;
@@ -136,7 +164,7 @@ class Layout {
     for (std::uint32_t i = 0; i < leaf.count; i++) {
       const glm::uvec3 corners = mesh_.faces()[faces[i]];
       for (std::uint32_t row = 0; row < MESH_FACE_ROW; row++) {
-        const float coordinate = mesh_.vertices()[corners[int(row / 3)]][int(row % 3)];
+        const float coordinate = unit_ * mesh_.vertices()[corners[int(row / 3)]][int(row % 3)];
         result_.triangles[at + row * leaf.count + i] = std::bit_cast<std::uint32_t>(coordinate);
       }
       result_.triangles[at + MESH_FACE_ROW * leaf.count + i] = faces[i];
@@ -145,6 +173,7 @@ class Layout {
   }
 
   const Mesh& mesh_;
+  const float unit_;
   const float margin_;
   MeshHierarchy result_;
 };
@@ -158,7 +187,7 @@ float largest(const glm::vec3& v) { return std::max({std::abs(v.x), std::abs(v.y
 
 }  // namespace
 
-MeshHierarchy build_hierarchy(const Mesh& mesh, const std::function<void(double)>& progress) {
+MeshHierarchy build_hierarchy(const Mesh& mesh, float unit, const Report::Call& progress) {
   constexpr std::size_t most = (std::size_t(1) << 31) / MESH_LEAF_CODE;
   if (mesh.face_count() > most)
     throw Error(ErrorCode::memory,
@@ -172,7 +201,7 @@ MeshHierarchy build_hierarchy(const Mesh& mesh, const std::function<void(double)
   for (std::size_t i = 0; i < primitives.size(); i++) {
     const glm::uvec3 f = mesh.faces()[i];
     const glm::vec3 a = mesh.vertices()[f.x], b = mesh.vertices()[f.y], c = mesh.vertices()[f.z];
-    const glm::vec3 lower = glm::min(glm::min(a, b), c), upper = glm::max(glm::max(a, b), c);
+    const glm::vec3 lower = unit * glm::min(glm::min(a, b), c), upper = unit * glm::max(glm::max(a, b), c);
     primitives[i] = {lower.x, lower.y, lower.z, 0, upper.x, upper.y, upper.z, unsigned(i)};
     bounds = {glm::min(bounds.lower, lower), glm::max(bounds.upper, upper)};
   }
@@ -194,14 +223,16 @@ MeshHierarchy build_hierarchy(const Mesh& mesh, const std::function<void(double)
   arguments.setNodeChildren = set_children;
   arguments.setNodeBounds = set_bounds;
   arguments.createLeaf = create_leaf;
-  arguments.buildProgress = report;
-  arguments.userPtr = const_cast<std::function<void(double)>*>(&progress);
+  Report report(progress, primitives.size());
+  if (progress) arguments.buildProgress = Report::on;
+  arguments.userPtr = &report;
   const auto* root = static_cast<const BuildNode*>(rtcBuildBVH(&arguments));
+  report.rethrow();
   if (!root)
     throw Error(ErrorCode::memory, fmt::format("Embree could not build a hierarchy over {} triangles (its error {})",
                                                mesh.face_count(), int(rtcGetDeviceError(device.get()))));
   const float margin = std::ldexp(std::max(largest(bounds.lower), largest(bounds.upper)), -22);
-  return Layout(mesh, margin).lay_out(*root, bounds);
+  return Layout(mesh, unit, margin).lay_out(*root, bounds);
 }
 
 }  // namespace smurf

@@ -27,13 +27,14 @@ void require_room(std::size_t words, const Mesh& mesh) {
                     mesh.vertex_count(), mesh.face_count(), words, most));
 }
 
-std::vector<uint32_t> places_and_states(const Mesh& mesh) {
+std::vector<uint32_t> places_and_states(const Mesh& mesh, float unit) {
   std::vector<uint32_t> words(MESH_VERTEX_WORDS * mesh.vertex_count());
   std::size_t at = 0;
   const auto states = mesh.vertex_states();
   const auto places = mesh.vertices();
   for (std::size_t v = 0; v < mesh.vertex_count(); v++, at += MESH_VERTEX_WORDS) {
-    for (int axis = 0; axis < 3; axis++) words[at + std::size_t(axis)] = std::bit_cast<uint32_t>(places[v][axis]);
+    for (int axis = 0; axis < 3; axis++)
+      words[at + std::size_t(axis)] = std::bit_cast<uint32_t>(unit * places[v][axis]);
     const bool no_curvature = (states[v] & (vertex_non_manifold | vertex_unreferenced)) != 0;
     const int state = ((states[v] & vertex_boundary) != 0 ? MESH_BOUNDARY : 0) + (no_curvature ? MESH_NO_CURVATURE : 0);
     words[at + 3] = std::bit_cast<uint32_t>(float(state));
@@ -106,11 +107,11 @@ class Rings {
 
 }  // namespace
 
-MeshVertices vertices_of(const Mesh& mesh) {
+MeshVertices vertices_of(const Mesh& mesh, float unit) {
   const std::size_t count = mesh.vertex_count();
   require_room(std::max(6 * mesh.face_count() + count, MESH_VERTEX_WORDS * count), mesh);
   MeshVertices result;
-  result.vertices = places_and_states(mesh);
+  result.vertices = places_and_states(mesh, unit);
   result.pairs = pairs_by_vertex(mesh);
   Rings rings(mesh, result.pairs);
   result.rings.reserve(22 * count);

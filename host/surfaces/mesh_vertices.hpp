@@ -14,7 +14,7 @@ struct MeshVertices {
   std::vector<std::uint32_t> rings;     // by vertex
 };
 
-// Throws Error (memory) when there are more words than kernels can number.
-MeshVertices vertices_of(const Mesh& mesh);
+// Of the mesh with its coordinates times `unit`. Throws Error (memory) when there are more words than kernels can number.
+MeshVertices vertices_of(const Mesh& mesh, float unit);
 
 }  // namespace smurf

@@ -61,7 +61,7 @@ class SurfaceModel {
   // Whether hits have SurfaceCoordinates; their order along the ray is then made by the stage that orders rows.
   virtual bool has_coordinates() const { return false; }
   virtual std::vector<Fact> facts() const = 0;
-  virtual std::unique_ptr<ResidentSurface> reside(Executor& executor) const = 0;
+  virtual std::unique_ptr<ResidentSurface> reside(Executor& executor, const PrepareOptions& options) const = 0;
   virtual std::unique_ptr<Interrogation> reference() const = 0;  // host/reference
   // For kinds that can tell more of roots than their device code does, which is asked about hits that it flags (host/api/decide.hpp).
   virtual RootDecider root_decider() const { return {}; }

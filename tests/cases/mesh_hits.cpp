@@ -14,6 +14,7 @@
 #include "harness/kernel_cover.hpp"
 #include "harness/meshes.hpp"
 #include "harness/shared_data.hpp"
+#include "harness/trimesh.hpp"
 #include "smurf/camera.hpp"
 #include "smurf/error.hpp"
 #include "smurf/interrogator.hpp"
@@ -199,6 +200,73 @@ TEST(MeshHits, ScalesAndPlaces) {
   }
 }
 
+// Rays for a mesh, for the same mesh scaled; directions every second time.
+RayBatch scaled(const RayBatch& rays, double scale) {
+  RayBatch result(rays.size());
+  for (std::size_t i = 0; i < rays.size(); i++) {
+    Ray ray = rays[i];
+    ray.origin = glm::vec3(scale * glm::dvec3(ray.origin));
+    if (i % 2 == 0) ray.direction = glm::vec3(scale * glm::dvec3(ray.direction));
+    ray.t_min = -3e38f;
+    ray.t_max = 3e38f;
+    result.set(i, ray);
+  }
+  result.image_width = rays.image_width;
+  return result;
+}
+
+// As far as floats go: below, components of origins are too small to be read whole; above, the way to the mesh is too long for a float.
+TEST(MeshHits, ExtremeSizes) {
+  const Mesh unit = sphere_mesh(1, 3);
+  for (const double scale : {1e-35, 1e-30, 1e-18, 1e18, 1e30, 1e37}) {
+    const std::string what = "sphere of radius " + std::to_string(std::log10(scale));
+    const Mesh mesh = placed(unit, scale, glm::dvec3(0.0));
+    expect_as_reference(mesh, scaled(hostile_rays(unit, 40), scale), what + ", hostile rays");
+    expect_as_reference(mesh, scaled(random_chords(unit, 300, 5), scale), what + ", chords");
+    expect_as_reference(mesh, scaled(fitted_camera({glm::dvec3(-1), glm::dvec3(1)}, 24, 24).rays(), scale),
+                        what + ", camera");
+  }
+}
+
+// Directions so long or so short that t is near the ends of floats.
+TEST(MeshHits, ExtremeDirections) {
+  const Mesh mesh = sphere_mesh(1, 2);
+  for (const float length : {1e-36f, 1e-20f, 1e20f, 1e36f}) {
+    RayBatch rays = random_chords(mesh, 200, 6);
+    for (std::size_t i = 0; i < rays.size(); i++) {
+      Ray ray = rays[i];
+      ray.direction *= length;
+      ray.t_min = -3e38f;
+      ray.t_max = 3e38f;
+      rays.set(i, ray);
+    }
+    expect_as_reference(mesh, rays, "directions of length " + std::to_string(std::log10(length)));
+  }
+}
+
+// Rays from where a float's step is larger than the mesh: answered as far as is promised, refused beyond.
+TEST(MeshHits, RaysFromFarAway) {
+  const Mesh mesh = placed(sphere_mesh(1, 2), 1e-6, glm::dvec3(0.0));
+  std::vector<Ray> list;
+  for (const float x : {1.0f, 1e4f, 1e5f, 1e7f, 1e20f}) {
+    Ray ray;
+    ray.origin = {-x, 0, 2.5e-7f};
+    ray.direction = {1, 0, 0};
+    list.push_back(ray);
+  }
+  const RayBatch rays{std::span<const Ray>(list)};
+  for (TestDevice& device : test_devices()) {
+    SCOPED_TRACE(device.label);
+    const Interrogator query(device.device, mesh_surface(mesh));
+    const HitList hits = query.cast(rays, {.hits = Hits::all});
+    for (std::size_t i = 0; i < list.size(); i++) {
+      EXPECT_EQ(hits.ray_status()[i], i < 3 ? RayStatus::ok : RayStatus::invalid) << i;
+      EXPECT_EQ(hits.offsets()[i + 1] - hits.offsets()[i], i < 3 ? 2u : 0u) << i;
+    }
+    EXPECT_THROW(query.cast(rays, {.bad_rays = BadRays::error}), Error);
+  }
+}
+
 // Many triangles in one place: a hierarchy that cannot divide them, and rays with many hits at one t.
 TEST(MeshHits, TrianglesInOnePlace) {
   std::vector<glm::vec3> vertices{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
@@ -265,6 +333,34 @@ TEST(MeshHits, ParityOfManyLines) {
     for (std::size_t ray = 0; ray < hits.ray_count(); ray++) odd += (hits.offsets()[ray + 1] - hits.offsets()[ray]) % 2;
     EXPECT_EQ(odd, 0u);
     EXPECT_GT(hits.size(), 200000u);  // of 285,000
+  }
+}
+
+// Rays and meshes of trimesh's tests: the reference's counts are those of brute force in double (harness/trimesh.hpp), here of rays
+// rounded to floats.
+TEST(MeshHits, CrossingsOfTrimeshsRays) {
+  if (!has_shared_data("expected")) GTEST_SKIP();
+  for (const TrimeshCase& known : trimesh_cases()) {
+    SCOPED_TRACE(known.name);
+    const RayBatch rays{std::span<const Ray>(known.rays)};
+    const Mesh mesh = load_mesh(known.file);
+    std::vector<Device> devices{reference_device()};
+    for (TestDevice& device : test_devices()) devices.push_back(device.device);
+    for (const Device& device : devices) {
+      const HitList hits = Interrogator(device, mesh_surface(mesh)).cast(rays, {.hits = Hits::all});
+      std::size_t hit = 0;
+      double sum = 0;
+      for (std::size_t ray = 0; ray < known.rays.size(); ray++) {
+        if (hits.offsets()[ray + 1] == hits.offsets()[ray]) continue;
+        hit++;
+        sum += hits.t()[hits.offsets()[ray]];
+      }
+      EXPECT_EQ(hit, known.rays_that_hit) << device.info().name;
+      EXPECT_EQ(hits.size(), known.crossings) << device.info().name;
+      // Rays rounded to floats are off by 6e-8 of their coordinates.
+      EXPECT_NEAR(sum, known.sum_of_nearest_t, 2e-6 * known.sum_of_nearest_t) << device.info().name;
+    }
+    expect_as_reference(mesh, rays, known.name);
   }
 }
 

@@ -28,7 +28,7 @@ using glm::dvec3;
 std::vector<SurfaceCoordinates> nearest_on(const TestDevice& device, const Mesh& mesh,
                                            const std::vector<glm::vec3>& points) {
   Executor& executor = device.device.executor();
-  const auto surface = mesh_surface(mesh).model().reside(executor);
+  const auto surface = mesh_surface(mesh).model().reside(executor, {});
   std::vector<DeviceBuffer*> buffers = surface->buffers();
   buffers.resize(4, nullptr);
   TypedBuffer<glm::vec3> places(executor, points.size(), "points");

@@ -450,5 +450,53 @@ TEST(MeshProperties, PlacesAndSizes) {
   }
 }
 
+// A sphere as small and as large as floats go, of which is told what is told of the unit sphere: curvature that a float can tell is told, Gauss curvature that it cannot is infinite or 0,
+// and where even curvatures are too great for a float nothing is told.
+TEST(MeshProperties, ExtremeSizes) {
+  const Mesh unit = sphere_mesh(1, 3);
+  for (const double scale : {1e-37, 1e-30, 1e-18, 1e18, 1e30, 1e37}) {
+    const Mesh mesh = placed(unit, scale, dvec3(0.0));
+    const Places places = middles(mesh);
+    for (const TestDevice& device : test_devices()) {
+      SCOPED_TRACE(device.label + ", radius " + std::to_string(std::log10(scale)));
+      const PointProperties p = measure_at(device, mesh, MeshNormals::interpolated, places),
+                            q = measure_at(device, unit, MeshNormals::interpolated, places);
+      double normal = 0, mean = 0, change = 0, frame = 0;
+      std::size_t undefined = 0, gauss = 0;
+      for (std::size_t i = 0; i < places.size(); i++) {
+        normal = std::max(normal, glm::distance(dvec3(p.normal[i]), dvec3(q.normal[i])));
+        change = std::max({change, std::abs(p.k1[i] * scale - q.k1[i]), std::abs(p.k2[i] * scale - q.k2[i])});
+        mean = std::max(mean, std::abs(p.mean[i] * scale - 1));
+        mean = std::max(mean, std::abs(0.5 * scale * (double(p.k1[i]) + p.k2[i]) - 1));
+        frame = std::max(frame, double(std::abs(glm::dot(p.normal[i], p.d1[i]))));
+        undefined += (p.status[i] & PointStatus::undefined) != 0;
+        const float square = float(1 / (scale * scale));
+        const bool right = std::isinf(square) ? p.gauss[i] == square
+                           : square < 1e-37f  ? p.gauss[i] >= 0 && p.gauss[i] < 1e-37f
+                                              : std::abs(p.gauss[i] / square - 1) < 0.05;
+        gauss += !right;
+      }
+      // Vertices are rounded anew: 6e-8 of the radius, where edges are an eighth of it; curvatures divide by their square.
+      EXPECT_LT(normal, 2e-6);
+      EXPECT_LT(change, 2e-5);
+      EXPECT_LT(mean, 0.02);
+      EXPECT_LT(frame, 1e-6);
+      EXPECT_EQ(undefined, 0u);
+      EXPECT_EQ(gauss, 0u);
+    }
+  }
+  // Coordinates without leading digits, as far as they go; curvatures of 1e41.
+  const Mesh least = placed(unit, 1e-41, dvec3(0.0));
+  for (const TestDevice& device : test_devices()) {
+    SCOPED_TRACE(device.label);
+    const PointProperties p = measure_at(device, least, MeshNormals::face, middles(least));
+    for (std::size_t i = 0; i < p.status.size(); i++) {
+      ASSERT_EQ(p.status[i], PointStatus::undefined);
+      ASSERT_TRUE(std::isnan(p.mean[i]) && std::isnan(p.k1[i]) && std::isnan(p.gauss[i]));
+      ASSERT_NEAR(glm::length(p.normal[i]), 1, 1e-5);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace smurf::test

@@ -32,7 +32,7 @@ namespace smurf {
 enum class HitStatus : std::uint32_t { isolated = 1, tangent = 2, unresolved = 3, bracketed = 4 };
 std::string_view name_of(HitStatus status);
 
-// Per ray. `invalid`: not finite, a zero direction, or t_min > t_max.
+// Per ray. `invalid`: not finite, a zero direction, or t_min > t_max; on meshes, by devices, also 5·10¹¹ times as far out as the mesh.
 enum class RayStatus : std::uint32_t { ok = 0, invalid = 1 };
 
 // Per point, as bits. `umbilic`: the principal curvatures agree to rounding, directions are arbitrary.
@@ -136,10 +136,16 @@ struct ProbeOptions {
   std::function<void(std::size_t done, std::size_t total)> progress = {};
 };
 
+struct PrepareOptions {
+  // Called while the surface is made ready, where that takes long: while the hierarchy of a mesh is built. Calls come one at a time,
+  // but from any thread. What it throws ends the work and leaves the Interrogator's constructor.
+  std::function<void(std::size_t done, std::size_t total)> progress = {};
+};
+
 class Interrogator {
  public:
   // Uploads the surface and compiles its kernels. Throws Error (memory) that says how much was needed.
-  Interrogator(const Device& device, const Surface& surface);
+  Interrogator(const Device& device, const Surface& surface, const PrepareOptions& options = {});
 
   HitList cast(const RayBatch& rays, const CastOptions& options = {}) const;
 
