@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-#include "harness/devices.hpp"
+#include "harness/command_line.hpp"
 #include "io/png.hpp"
 
 namespace smurf {
@@ -27,67 +27,19 @@ namespace fs = std::filesystem;
 constexpr int nodes = 25;
 constexpr double reach = 1.5;
 
-struct Outcome {
-  int code = -1;
-  std::string out, err;
-};
+using test::Csv;
+using test::Outcome;
+using test::text_of;
 
-std::string text_of(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-std::size_t lines_in(const std::string& text) { return std::size_t(std::count(text.begin(), text.end(), '\n')); }
-
-std::vector<std::string> split(const std::string& line) {
-  std::vector<std::string> cells;
-  std::istringstream stream(line);
-  for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
-  return cells;
-}
-
-// A result table: its header, and its cells as text.
-struct Csv {
-  std::string header;
-  std::vector<std::string> names;
-  std::vector<std::vector<std::string>> rows;
-
-  explicit Csv(const fs::path& file) {
-    std::istringstream stream(text_of(file));
-    std::getline(stream, header);
-    names = split(header);
-    for (std::string line; std::getline(stream, line);) rows.push_back(split(line));
-  }
-  const std::string& text(std::size_t row, const std::string& name) const {
-    return rows.at(row).at(std::size_t(std::find(names.begin(), names.end(), name) - names.begin()));
-  }
-  float number(std::size_t row, const std::string& name) const { return std::strtof(text(row, name).c_str(), nullptr); }
-};
-
-bool is_available(const std::string& executor) {
-  for (const DeviceInfo& info : list_devices())
-    if (info.executor == executor) return true;
-  return false;
-}
-
-// Every test has an empty folder to itself, with the inputs that most of them read.
-class Cli : public testing::Test {
+// Every test has the inputs that most of them read.
+class Cli : public test::CommandLine {
  protected:
   void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    std::string name = std::string(info->test_suite_name()) + "-" + info->name();
-    std::replace(name.begin(), name.end(), '/', '-');
-    folder_ = fs::path(SMURF_TEST_OUTPUT) / "cli" / name;
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
+    CommandLine::SetUp();
     write_volume("ball.nrrd", [](double x, double y, double z) { return 1 - std::sqrt(x * x + y * y + z * z); });
     write("ball.json", describe(R"("isovalue": 0.2)", "ball.nrrd"));
     write("rays.csv", "ox,oy,oz,dx,dy,dz\n0,-3,0,0,1,0\n0.3,-3,0.1,0,2,0\n1.4,-3,1.4,0,1,0\n");
     write("points.csv", "x,y,z\n0.5,0.25,0.125\n0,-0.8,0\n9,9,9\n");
-  }
-
-  void write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name, std::ios::binary) << text;
   }
 
   static std::string describe(const std::string& isovalue, const std::string& volume,
@@ -117,34 +69,6 @@ class Cli : public testing::Test {
     write(name, bytes);
   }
 
-  std::string in(const std::string& name) const { return "'" + (folder_ / name).string() + "'"; }
-  fs::path file(const std::string& name) const { return folder_ / name; }
-
-  // Arguments are given as to a shell.
-  Outcome run(const std::string& arguments) const {
-    const std::string out = in("stdout.txt"), err = in("stderr.txt");
-    const int status = std::system(("'" SMURF_PROGRAM "' " + arguments + " >" + out + " 2>" + err).c_str());
-    Outcome outcome{WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(file("stdout.txt")),
-                    text_of(file("stderr.txt"))};
-    fs::remove(file("stdout.txt"));
-    fs::remove(file("stderr.txt"));
-    return outcome;
-  }
-
-  // Refused as bad input: exit code 2, one line that contains every one of `words`, and no new file.
-  void expect_refused(const std::string& arguments, const std::vector<std::string>& words) const {
-    SCOPED_TRACE(arguments);
-    const auto before = listing();
-    const Outcome outcome = run(arguments);
-    EXPECT_EQ(outcome.code, 2) << outcome.err;
-    EXPECT_EQ(lines_in(outcome.err), 1u) << outcome.err;
-    EXPECT_TRUE(outcome.err.starts_with("smurf: ")) << outcome.err;
-    EXPECT_EQ(outcome.out, "");
-    for (const std::string& word : words)
-      EXPECT_NE(outcome.err.find(word), std::string::npos) << word << " is not in: " << outcome.err;
-    EXPECT_EQ(listing(), before);
-  }
-
   // The cast of this description is refused.
   void expect_description_refused(const std::string& description, std::vector<std::string> words) const {
     write("bad.json", description);
@@ -160,16 +84,6 @@ class Cli : public testing::Test {
         "cast " + in("ball.json") + " --rays " + in("bad.csv") + " --device " + device + " -o " + in("hits.csv"),
         words);
   }
-
-  std::vector<std::string> listing() const {
-    std::vector<std::string> names;
-    for (const auto& entry : fs::recursive_directory_iterator(folder_)) names.push_back(entry.path().string());
-    std::sort(names.begin(), names.end());
-    return names;
-  }
-
- private:
-  fs::path folder_;
 };
 
 // What runs on every device.
@@ -178,20 +92,13 @@ class CliOnDevice : public Cli, public testing::WithParamInterface<const char*> 
   void SetUp() override {
     Cli::SetUp();
     device_ = GetParam();
-    const std::string executor = device_.substr(0, device_.find(' '));
-    if (is_available(executor)) return;
-    test::report_missing(executor);
-    GTEST_SKIP() << "no device " << executor;
+    if (!test::has_device(device_)) GTEST_SKIP() << "no device " << device_;
   }
   std::string on_device() const { return " --device " + device_ + " "; }
   std::string device_;
 };
 
-INSTANTIATE_TEST_SUITE_P(Devices, CliOnDevice, testing::Values("reference", "opencl", "vulkan --validation"),
-                         [](const auto& info) {
-                           const std::string name = info.param;
-                           return name.substr(0, name.find(' '));
-                         });
+INSTANTIATE_TEST_SUITE_P(Devices, CliOnDevice, testing::ValuesIn(test::devices_to_try), test::device_name);
 
 TEST_P(CliOnDevice, CastWritesTheColumnsOfTheContract) {
   const Outcome outcome =
