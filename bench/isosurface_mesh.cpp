@@ -2,13 +2,7 @@
 #include "isosurface_mesh.hpp"
 
 #include <array>
-#include <cmath>
-#include <fstream>
-#include <numbers>
-#include <string>
 #include <utility>
-
-#include "smurf/error.hpp"
 
 namespace smurf::bench {
 namespace {
@@ -121,56 +115,8 @@ std::vector<float> samples_as_float(const Volume& volume) {
   return samples;
 }
 
-TriangleMesh bumpy_sphere(std::size_t triangles) {
-  const int rings = std::max(3, int(std::sqrt(double(triangles) / 4)));
-  const int sectors = 2 * rings;
-  TriangleMesh mesh;
-  for (int i = 0; i <= rings; i++) {
-    for (int j = 0; j < sectors; j++) {
-      const double polar = std::numbers::pi * i / rings, azimuth = 2 * std::numbers::pi * j / sectors;
-      const double radius = 1 + 0.1 * std::sin(9 * polar) * std::sin(7 * azimuth);
-      mesh.vertices.emplace_back(radius * std::sin(polar) * std::cos(azimuth),
-                                 radius * std::sin(polar) * std::sin(azimuth), radius * std::cos(polar));
-    }
-  }
-  for (int i = 0; i < rings; i++) {
-    for (int j = 0; j < sectors; j++) {
-      const int k = (j + 1) % sectors;
-      const unsigned a = unsigned(i * sectors + j), b = unsigned((i + 1) * sectors + j);
-      const unsigned c = unsigned((i + 1) * sectors + k), d = unsigned(i * sectors + k);
-      mesh.triangles.emplace_back(a, b, c);
-      mesh.triangles.emplace_back(a, c, d);
-    }
-  }
-  return mesh;
-}
-
-TriangleMesh load_off(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  std::string magic;
-  std::size_t vertices = 0, faces = 0, edges = 0;
-  auto wrong = [&](const char* what) { return Error(ErrorCode::input, file.string() + ": " + what); };
-  if (!(in >> magic >> vertices >> faces >> edges) || magic != "OFF") throw wrong("not an OFF file");
-  TriangleMesh mesh;
-  for (std::size_t i = 0; i < vertices; i++) {
-    glm::vec3 p;
-    if (!(in >> p.x >> p.y >> p.z)) throw wrong("fewer vertices than announced");
-    mesh.vertices.push_back(p);
-  }
-  for (std::size_t i = 0; i < faces; i++) {
-    std::size_t corners = 0;
-    unsigned first = 0, last = 0;
-    if (!(in >> corners) || corners < 3)
-      throw wrong("a face with fewer than three corners, or fewer faces than announced");
-    for (std::size_t k = 0; k < corners; k++) {
-      unsigned index = 0;
-      if (!(in >> index) || index >= vertices) throw wrong("a face names a vertex that is not there");
-      if (k == 0) first = index;
-      if (k >= 2) mesh.triangles.emplace_back(first, last, index);
-      last = index;
-    }
-  }
-  return mesh;
+TriangleMesh triangles_of(const Mesh& mesh) {
+  return {{mesh.vertices().begin(), mesh.vertices().end()}, {mesh.faces().begin(), mesh.faces().end()}};
 }
 
 }  // namespace smurf::bench

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "smurf/mesh.hpp"
 #include "smurf/volume.hpp"
 
 namespace smurf::bench {
@@ -23,10 +24,7 @@ TriangleMesh isosurface_mesh(std::span<const float> samples, glm::ivec3 size, co
 // The samples of a volume as float.
 std::vector<float> samples_as_float(const Volume& volume);
 
-// A bumpy sphere of about `triangles` triangles, where no measured mesh is at hand.
-TriangleMesh bumpy_sphere(std::size_t triangles);
-
-// Reads an OFF file; polygons are cut into fans. Throws smurf::Error (input).
-TriangleMesh load_off(const std::filesystem::path& file);
+// Those of a mesh.
+TriangleMesh triangles_of(const Mesh& mesh);
 
 }  // namespace smurf::bench

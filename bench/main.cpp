@@ -8,9 +8,9 @@
 
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <functional>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <string>
 
@@ -167,13 +167,14 @@ void trace(EmbreeTurn& turn, Trace how, const RayBatch& rays) {
   }
 }
 
-// How far the mesh is from the surface: sampled rays with another number of hits, or a first hit off by over a voxel.
-Counters compare(const EmbreeTurn& turn, Trace how, const ReferenceAnswers& reference) {
+// How far Embree's answers are from `truth`, which has the hits of the rays that `rays` numbers: rays with another number of hits,
+// or a first hit off by over a voxel.
+Counters compare(const EmbreeTurn& turn, Trace how, const HitList& truth, const std::vector<std::size_t>& rays,
+                 double voxel, const std::string& prefix = "") {
   std::size_t other_count = 0, off = 0;
   double worst = 0;
-  for (std::size_t i = 0; i < reference.sample().size(); i++) {
-    const std::size_t ray = reference.sample()[i], first = reference.hits().offsets()[i];
-    const std::size_t expected = reference.hits().offsets()[i + 1] - first;
+  for (std::size_t i = 0; i < rays.size(); i++) {
+    const std::size_t ray = rays[i], first = truth.offsets()[i], expected = truth.offsets()[i + 1] - first;
     if (how == Trace::all) {
       other_count += turn.all.offsets[ray + 1] - turn.all.offsets[ray] != expected;
       continue;
@@ -181,68 +182,90 @@ Counters compare(const EmbreeTurn& turn, Trace how, const ReferenceAnswers& refe
     const bool hit = std::isfinite(turn.closest.t[ray]);
     other_count += hit != (expected > 0);
     if (!hit || expected == 0) continue;
-    const double error =
-        std::abs(double(turn.closest.t[ray]) - double(reference.hits().t()[first])) / reference.voxel();
+    const double error = std::abs(double(turn.closest.t[ray]) - double(truth.t()[first])) / voxel;
     off += error > 1;
     worst = std::max(worst, error);
   }
-  return {{"sampled", double(reference.sample().size())},
-          {"other_count", double(other_count)},
-          {"off_by_a_voxel", double(off)},
-          {"t_error_voxels", worst}};
+  return {{prefix + "sampled", double(rays.size())},
+          {prefix + "other_count", double(other_count)},
+          {prefix + "off_by_a_voxel", double(off)},
+          {prefix + "t_error_voxels", worst}};
 }
 
+using Check = std::function<Counters(const EmbreeTurn&, Trace)>;
+
 void add_embree(const std::string& name, const std::function<TriangleMesh()>& mesh, Trace how,
-                const std::function<RayBatch()>& rays, const std::function<const ReferenceAnswers*()>& reference) {
+                const std::function<RayBatch()>& rays, const Check& check, bool robust = false) {
   add(name, [=] {
     auto turn = std::make_shared<EmbreeTurn>();
     const TriangleMesh triangles = mesh();
-    turn->scene = std::make_unique<EmbreeScene>(triangles);
+    turn->scene = std::make_unique<EmbreeScene>(triangles, robust);
     auto batch = std::make_shared<RayBatch>(rays());
     Ready result;
     result.count = batch->size();
     result.run = [=] { trace(*turn, how, *batch); };
     result.run();
-    result.label = fmt::format("Embree, {} triangles", triangles.triangles.size());
-    if (const ReferenceAnswers* answers = reference()) result.counters = compare(*turn, how, *answers);
+    result.label = fmt::format("Embree{}, {} triangles", robust ? " robust" : "", triangles.triangles.size());
+    if (check) result.counters = check(*turn, how);
     return result;
   });
 }
 
-void add_embree_on_isosurface(const Workload& workload, int size) {
+// Closest hits by single rays and by packets, or all hits.
+void add_embree_for(const Workload& workload, int size, const std::function<TriangleMesh()>& mesh, const Check& check,
+                    bool robust) {
   const std::string prefix = fmt::format("{}/{}/embree-", workload.name, size);
+  auto rays = [=] { return shared_task(workload, size).rays(); };
+  if (workload.kind == Kind::all_hits) {
+    add_embree(prefix + "all", mesh, Trace::all, rays, check, robust);
+  } else {
+    add_embree(prefix + "single", mesh, Trace::single, rays, check, robust);
+    add_embree(prefix + "packets", mesh, Trace::packets, rays, check, robust);
+  }
+}
+
+Counters compare_with_reference(const Workload& workload, int size, const EmbreeTurn& turn, Trace how) {
+  const ReferenceAnswers& reference = shared_task(workload, size).reference();
+  return compare(turn, how, reference.hits(), reference.sample(), reference.voxel());
+}
+
+void add_embree_on_isosurface(const Workload& workload, int size) {
   auto mesh = [=] {
     const Volume volume = workload.volume();
     return isosurface_mesh(samples_as_float(volume), volume.size(), volume.placement(), workload.isovalue);
   };
-  auto rays = [=] { return shared_task(workload, size).rays(); };
-  auto reference = [=] { return &shared_task(workload, size).reference(); };
-  if (workload.kind == Kind::all_hits) {
-    add_embree(prefix + "all", mesh, Trace::all, rays, reference);
-  } else {
-    add_embree(prefix + "single", mesh, Trace::single, rays, reference);
-    add_embree(prefix + "packets", mesh, Trace::packets, rays, reference);
-  }
+  auto check = [=](const EmbreeTurn& turn, Trace how) { return compare_with_reference(workload, size, turn, how); };
+  add_embree_for(workload, size, mesh, check, false);
 }
 
-// The calibration E of machines against each other: $SMURF_BUNNY names bunny00.off (Debian package libcgal-demo), else
-// a generated mesh of as many triangles, which is not comparable with figures from the bunny and named otherwise.
-void add_calibration() {
-  const char* file = std::getenv("SMURF_BUNNY");
-  auto mesh = [file = std::string(file ? file : "")] { return file.empty() ? bumpy_sphere(75'408) : load_off(file); };
-  auto rays = [=] {
-    Bounds bounds{glm::dvec3(INFINITY), glm::dvec3(-INFINITY)};
-    for (const glm::vec3& p : mesh().vertices) {
-      bounds.lower = glm::min(bounds.lower, glm::dvec3(p));
-      bounds.upper = glm::max(bounds.upper, glm::dvec3(p));
-    }
-    return fitted_camera(bounds, 1024, 1024).rays();
+// The same triangles in Embree's robust mode, which may not miss at edges either. Its answers stand beside the reference's on the sample, and on all
+// rays beside smurf's on a processor.
+void add_embree_on_mesh(const Workload& workload, int size) {
+  auto mesh = [=] { return triangles_of(workload.mesh()); };
+  auto check = [=](const EmbreeTurn& turn, Trace how) {
+    Counters counters = compare_with_reference(workload, size, turn, how);
+    const Task& task = shared_task(workload, size);
+    const Answers answers = ask(Interrogator(open_device("opencl"), task.surface()), task);
+    std::vector<std::size_t> all(task.count());
+    std::iota(all.begin(), all.end(), std::size_t(0));
+    counters.merge(compare(turn, how, *answers.hits, all, workload.length_unit(), "all_rays_"));
+    return counters;
   };
-  auto none = [] { return static_cast<const ReferenceAnswers*>(nullptr); };
-  const std::string prefix = file ? "E-bunny00/1024/embree-" : "E-sphere/1024/embree-";
-  add_embree(prefix + "single", mesh, Trace::single, rays, none);
-  add_embree(prefix + "packets", mesh, Trace::packets, rays, none);
-  add_embree(prefix + "all", mesh, Trace::all, rays, none);
+  add_embree_for(workload, size, mesh, check, true);
+}
+
+// The calibration E of machines against each other, on the bunny or what stands for it.
+void add_calibration() {
+  const BunnyOrSphere source = bunny_or_sphere();
+  auto mesh = [=] { return triangles_of(source.mesh()); };
+  auto rays = [=] {
+    const Mesh seen = source.mesh();
+    return fitted_camera({glm::dvec3(seen.lower()), glm::dvec3(seen.upper())}, 1024, 1024).rays();
+  };
+  const std::string prefix = source.is_bunny ? "E-bunny00/1024/embree-" : "E-sphere/1024/embree-";
+  add_embree(prefix + "single", mesh, Trace::single, rays, {});
+  add_embree(prefix + "packets", mesh, Trace::packets, rays, {});
+  add_embree(prefix + "all", mesh, Trace::all, rays, {});
 }
 #endif
 
@@ -313,6 +336,7 @@ int main(int argc, char** argv) {
 #ifdef SMURF_BENCH_EMBREE
         if (workload.samples() && workload.casts() && workload.reconstruction == Reconstruction::trilinear)
           add_embree_on_isosurface(workload, size);
+        if (workload.mesh) add_embree_on_mesh(workload, size);
 #endif
         if (!workload.casts()) add_gage(workload, size);
       }

@@ -4,11 +4,14 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <system_error>
+#include <type_traits>
 
 namespace smurf::workloads {
 namespace {
@@ -18,26 +21,27 @@ constexpr std::uint32_t curvature = Property::normal | Property::principal;
 constexpr std::uint32_t everything =
     Property::value | Property::normal | std::uint32_t(Property::gauss) | Property::mean | Property::principal;
 
-// A volume that is made when first asked for, and shared by those who ask.
-std::function<Volume()> lazily(std::function<Volume()> make) {
-  auto made = std::make_shared<std::optional<Volume>>();
+// A volume or a mesh that is made when first asked for, and shared by those who ask.
+template <class Make>
+std::function<std::invoke_result_t<Make>()> lazily(Make make) {
+  auto made = std::make_shared<std::optional<std::invoke_result_t<Make>>>();
   return [made, make = std::move(make)] {
     if (!*made) *made = make();
     return **made;
   };
 }
 
-Camera marschner_lobb_camera(const Bounds&, int width) {
+RayBatch marschner_lobb_rays(const Bounds&, int width) {
   Camera camera;
   camera.eye = {0.0, -3.2, 2.2};
   camera.look_at = glm::dvec3(0.0);
   camera.up = {0.0, 0.0, 1.0};
   camera.field_of_view = 45.0;
   camera.width = camera.height = width;
-  return camera;
+  return camera.rays();
 }
 
-Camera whole_volume_camera(const Bounds& bounds, int width) { return fitted_camera(bounds, width, width); }
+RayBatch rays_on_the_whole(const Bounds& bounds, int width) { return fitted_camera(bounds, width, width).rays(); }
 
 std::optional<std::filesystem::path> found(const std::vector<std::filesystem::path>& candidates) {
   for (const auto& path : candidates) {
@@ -91,7 +95,7 @@ void add_whole_volume(std::vector<Workload>& list, const std::string& name, cons
   Workload w;
   w.isovalue = isovalue;
   w.volume = lazily([file] { return load_volume(file); });
-  w.camera = whole_volume_camera;
+  w.rays = rays_on_the_whole;
   w.sizes = {512, 1024};
   add_first_and_all(list, w, name, fmt::format("{}, isovalue {}, trilinear", text, isovalue));
 }
@@ -99,7 +103,7 @@ void add_whole_volume(std::vector<Workload>& list, const std::string& name, cons
 void add_marschner_lobb(std::vector<Workload>& list) {
   Workload w;
   w.isovalue = 0.5;
-  w.camera = marschner_lobb_camera;
+  w.rays = marschner_lobb_rays;
   w.sizes = {512, 1024};
   w.volume = lazily([] { return marschner_lobb_volume(256); });
 
@@ -136,14 +140,14 @@ void add_marschner_lobb(std::vector<Workload>& list) {
 // Equations, seen along -z in parallel projection.
 void add_equations(std::vector<Workload>& list) {
   Workload w;
-  w.camera = [](const Bounds& bounds, int width) {
+  w.rays = [](const Bounds& bounds, int width) {
     Camera camera;
     camera.look_at = 0.5 * (bounds.lower + bounds.upper);
     camera.eye = camera.look_at + glm::dvec3(0, 0, bounds.upper.z - bounds.lower.z);
     camera.up = {0, 1, 0};
     camera.orthographic_height = bounds.upper.y - bounds.lower.y;
     camera.width = camera.height = width;
-    return camera;
+    return camera.rays();
   };
   w.sizes = {512, 1024};
   w.equation = "max(sin(6*x)*cos(6*y)+sin(6*y)*cos(6*z)+sin(6*z)*cos(6*x), x^2+y^2+z^2-1)";
@@ -152,6 +156,57 @@ void add_equations(std::vector<Workload>& list) {
   w.equation = "x^4-5*x^2+y^4-5*y^2+z^4-5*z^2+11.8";
   w.domain = {glm::dvec3(-3), glm::dvec3(3), 0};
   add_first_and_all(list, w, "W3b", "tanglecube");
+}
+
+// A sphere with bumps, which is closed: the rows of vertices that its poles are made of are welded.
+Mesh bumpy_sphere(std::size_t triangles) {
+  const int rings = std::max(3, int(std::sqrt(double(triangles) / 4)));
+  const int sectors = 2 * rings;
+  std::vector<glm::vec3> vertices;
+  std::vector<glm::uvec3> faces;
+  for (int i = 0; i <= rings; i++) {
+    for (int j = 0; j < sectors; j++) {
+      const double polar = std::numbers::pi * i / rings, azimuth = 2 * std::numbers::pi * j / sectors;
+      const double sine = i < rings ? std::sin(polar) : 0;
+      const double radius = 1 + 0.1 * std::sin(9 * polar) * std::sin(7 * azimuth);
+      vertices.emplace_back(radius * sine * std::cos(azimuth), radius * sine * std::sin(azimuth),
+                            sine > 0 ? radius * std::cos(polar) : std::cos(polar));
+    }
+  }
+  for (int i = 0; i < rings; i++) {
+    for (int j = 0; j < sectors; j++) {
+      const int k = (j + 1) % sectors;
+      const unsigned a = unsigned(i * sectors + j), b = unsigned((i + 1) * sectors + j);
+      const unsigned c = unsigned((i + 1) * sectors + k), d = unsigned(i * sectors + k);
+      faces.emplace_back(a, b, c);
+      faces.emplace_back(a, c, d);
+    }
+  }
+  return make_mesh(vertices, faces, {.weld = true});
+}
+
+// A mesh that is seen whole, and chords in all directions. Hits are told with face and barycentrics, as the peer tells them; no
+// properties are measured on top.
+void add_mesh(Catalogue& all) {
+  const BunnyOrSphere source = bunny_or_sphere();
+  Workload w;
+  w.mesh = source.mesh;
+  w.sizes = {512, 1024};
+  const auto add = [&](const std::string& name, const std::string& text,
+                       const std::function<RayBatch(const Bounds&, int)>& rays) {
+    w.rays = rays;
+    for (const Kind kind : {Kind::first_hit, Kind::all_hits}) {
+      const std::string which = kind == Kind::first_hit ? "-first" : "-all";
+      w.kind = kind;
+      w.name = "W8-" + std::string(source.is_bunny ? "" : "sphere-") + name + which;
+      w.text = fmt::format("{}, {}: {}, by face and place on it", source.is_bunny ? "bunny00" : "bumpy sphere", text,
+                           kind == Kind::first_hit ? "first hits" : "all hits, sorted");
+      all.workloads.push_back(w);
+      if (!source.is_bunny) all.missing.push_back({"W8-" + name + which, source.why_not});
+    }
+  };
+  add("camera", "camera", rays_on_the_whole);
+  add("chords", "random chords of its sphere", random_chords);
 }
 
 }  // namespace
@@ -164,7 +219,7 @@ CastOptions Workload::cast_options() const {
 }
 
 double Workload::length_unit() const {
-  const glm::dvec3 extent = domain.upper - domain.lower;
+  const glm::dvec3 extent = mesh ? glm::dvec3(mesh().upper() - mesh().lower()) : domain.upper - domain.lower;
   if (!samples()) return std::max({extent.x, extent.y, extent.z}) / 1024;
   const glm::dmat3 axes = volume().placement().axes;
   return std::min({glm::length(axes[0]), glm::length(axes[1]), glm::length(axes[2])});
@@ -176,6 +231,7 @@ double Workload::value_unit() const {
 }
 
 Surface Workload::surface() const {
+  if (mesh) return mesh_surface(mesh());
   if (!samples()) return implicit(equation, domain);
   GridOptions options;
   options.reconstruction = reconstruction;
@@ -200,6 +256,7 @@ Catalogue catalogue(std::string_view filter) {
   }
 
   add_equations(all.workloads);
+  add_mesh(all);
 
   const std::string wanted = lower(filter);
   auto passed_over = [&](const auto& entry) { return lower(entry.name).find(wanted) == std::string::npos; };
@@ -209,8 +266,34 @@ Catalogue catalogue(std::string_view filter) {
   return all;
 }
 
+BunnyOrSphere bunny_or_sphere() {
+  constexpr std::size_t triangles = 75'408;  // the bunny's
+  const char* file = std::getenv("SMURF_BUNNY");
+  if (const auto bunny = found({file ? file : ""})) return {lazily([bunny] { return load_mesh(*bunny); }), true, ""};
+  const std::string why = file ? fmt::format("$SMURF_BUNNY names no file, but \"{}\"", file)
+                               : "$SMURF_BUNNY does not name bunny00.off (Debian package libcgal-demo)";
+  return {lazily([] { return bumpy_sphere(triangles); }), false,
+          why + "; a generated mesh is measured in its place, by the name of sphere"};
+}
+
+RayBatch random_chords(const Bounds& bounds, int width) {
+  const glm::dvec3 centre = 0.5 * (bounds.lower + bounds.upper);
+  const double radius = 0.5 * glm::length(bounds.upper - bounds.lower);
+  Dice dice(5);
+  const auto anywhere = [&] {
+    const double z = 2 * dice.unit() - 1, azimuth = 2 * std::numbers::pi * dice.unit(), across = std::sqrt(1 - z * z);
+    return centre + radius * glm::dvec3(across * std::cos(azimuth), across * std::sin(azimuth), z);
+  };
+  RayBatch rays(std::size_t(width) * std::size_t(width));
+  for (std::size_t i = 0; i < rays.size(); i++) {
+    const glm::dvec3 from = anywhere(), to = anywhere();
+    rays.set(i, {glm::vec3(from), glm::vec3(to - from)});
+  }
+  return rays;
+}
+
 RayBatch rays_of(const Workload& workload, const Surface& surface, int width) {
-  return workload.camera(surface.bounds(), width).rays();
+  return workload.rays(surface.bounds(), width);
 }
 
 std::vector<glm::vec3> points_of(const Surface& surface, int count) {

@@ -1,7 +1,7 @@
 // The workloads whose throughput is measured, by `smurf bench` and by bench/: defined once.
 //
-// A workload is a surface, what is asked of it, and the sizes at which it is asked: image widths for rays,
-// numbers of points for probes. Cost must grow with the size; two sizes each make that visible.
+// A workload is a surface, what is asked of it, and the sizes at which it is asked: image widths for rays (as many rays where
+// they are no image), numbers of points for probes. Cost must grow with the size; two sizes each make that visible.
 #pragma once
 
 #include <cstddef>
@@ -14,6 +14,7 @@
 
 #include "smurf/camera.hpp"
 #include "smurf/interrogator.hpp"
+#include "smurf/mesh.hpp"
 #include "smurf/surface.hpp"
 
 namespace smurf::workloads {
@@ -28,10 +29,12 @@ struct Workload {
   std::vector<int> sizes;        // ascending; square images' widths, or numbers of points
   double isovalue = 0;
   Reconstruction reconstruction = Reconstruction::trilinear;
-  std::function<Volume()> volume;  // read or computed at the first call, shared with other workloads; or
-  std::string equation;            // of an implicit surface, and where it is looked at
+  // One of three: samples or a mesh, read or computed at the first call and shared with other workloads; or
+  std::function<Volume()> volume;
+  std::function<Mesh()> mesh;
+  std::string equation;  // of an implicit surface, and where it is looked at
   Domain domain;
-  std::function<Camera(const Bounds&, int width)> camera;  // for rays
+  std::function<RayBatch(const Bounds&, int width)> rays;
 
   bool casts() const { return kind != Kind::probe; }
   std::string_view unit() const { return casts() ? "Mrays/s" : "Mprobes/s"; }
@@ -39,7 +42,7 @@ struct Workload {
   CastOptions cast_options() const;
   Surface surface() const;
   bool samples() const { return bool(volume); }
-  // In what errors are told: of places the grid's shortest step, or for equations a pixel of 1024 across the domain; of values their range.
+  // In what errors are told: of places the grid's shortest step, or for others a pixel of 1024 across the surface's box; of values their range.
   double length_unit() const;
   double value_unit() const;
 };
@@ -55,8 +58,21 @@ struct Catalogue {
 };
 
 // Those whose name contains `filter` (case ignored). Data are looked for in $SMURF_DATA, then in the folder shared/data beside the
-// sources; the bundled headsq in the sources.
+// sources; the bundled headsq in the sources; the bunny where $SMURF_BUNNY says.
 Catalogue catalogue(std::string_view filter = {});
+
+// bunny00.off (Debian package libcgal-demo), which $SMURF_BUNNY names; else a bumpy sphere of about as many triangles, with which
+// nothing measured on the bunny can be compared, and why. It is read or computed at the first call.
+struct BunnyOrSphere {
+  std::function<Mesh()> mesh;
+  bool is_bunny = false;
+  std::string why_not;
+};
+BunnyOrSphere bunny_or_sphere();
+
+// Random chords of the sphere around a box, width² of them: origin and origin + direction are uniform on the sphere and t runs on
+// behind. No two neighbours go together.
+RayBatch random_chords(const Bounds& bounds, int width);
 
 RayBatch rays_of(const Workload& workload, const Surface& surface, int width);
 // Uniform over the surface's domain, the same for every device and run.
