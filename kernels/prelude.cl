@@ -123,6 +123,22 @@ static inline int lane_bits(mask m) {
 }
 #endif
 #endif
+// Puts the values of the lanes whose bits are set into a list, one after the other from place `at` on; LANES places are written.
+#if LANES == 1
+#define pack_integers(list, at, v, bits) ((list)[at] = (v))
+#define pack_reals(list, at, v, bits) ((list)[at] = (v))
+#elif LANES == 16 && defined(__AVX512F__) && HAS_BUILTIN(__builtin_ia32_compresssi512_mask) && HAS_BUILTIN(__builtin_ia32_compresssf512_mask)
+#define pack_integers(list, at, v, bits) vstore16(__builtin_ia32_compresssi512_mask(v, (int16)(0), (ushort)(bits)), 0, (list) + (at))
+#define pack_reals(list, at, v, bits) vstore16(__builtin_ia32_compresssf512_mask(v, (float16)(0), (ushort)(bits)), 0, (list) + (at))
+#else
+static inline void pack_integers(int* list, int at, integer v, int bits) {
+  for (; bits != 0; bits &= bits - 1) list[at++] = lane_integer(v, 31 - (int)clz(bits & -bits));
+}
+static inline void pack_reals(float* list, int at, real v, int bits) {
+  for (; bits != 0; bits &= bits - 1) list[at++] = lane_real(v, 31 - (int)clz(bits & -bits));
+}
+#endif
+#define bit_count(bits) ((int)popcount(bits))
 // The number of the lowest bit that is set; there must be one.
 #define lowest_bit(bits) (31 - (int)clz((bits) & -(bits)))
 

@@ -36,6 +36,9 @@
 #define lane_splat(v, i) (v)
 #define lane_numbers() 0
 #define lane_bits(m) ((m) ? 1 : 0)
+#define pack_integers(list, at, v, bits) list[at] = (v)
+#define pack_reals(list, at, v, bits) list[at] = (v)
+#define bit_count(bits) bitCount(bits)
 #define lowest_bit(bits) findLSB(bits)
 
 #define splat(x) float(x)

@@ -15,6 +15,7 @@
 #include "columns.inc"
 #include "executor.hpp"
 #include "interrogation.hpp"
+#include "slots.inc"
 #include "smurf/error.hpp"
 #include "surfaces/surface_model.hpp"
 
@@ -251,7 +252,7 @@ class DeviceInterrogation final : public Interrogation {
   }
 
   void find_hits(const Tile& tile, DeviceBuffer* counts, int capacity, bool first_only) {
-    ensure(slots_, (coordinates_ ? 6 : 3) * std::size_t(capacity) * tile.count, "hit slots");
+    ensure(slots_, (coordinates_ ? 6 : 3) * std::size_t(capacity) * SLOT_STRIDE(tile.count), "hit slots");
     const std::vector<DeviceBuffer*> surface = surface_buffers();
     launch(executor_, find_hits_,
            arguments::find_hits{.parameters = surface_->parameters(),
