@@ -1,5 +1,5 @@
 // Sums per block of rays.
-#include "order.inc"
+#include "count.inc"
 
 layout(local_size_x = GROUP) in;
 

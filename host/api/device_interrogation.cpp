@@ -196,7 +196,7 @@ class DeviceInterrogation final : public Interrogation {
     find_nearest_ = {KernelId::find_nearest, surface_->modules(), surface_->defines()};
     find_nearest_.defines["COORDINATES"] = "1";
     order_rows_ = {KernelId::order_rows, {}, {{"COORDINATES", coordinates_ ? "1" : "0"}}};
-    count_blocks_ = {KernelId::count_blocks, {}, {{"COORDINATES", "0"}}};
+    count_blocks_ = {KernelId::count_blocks, {}, {}};
   }
 
   // A buffer on the host's values; none for none.
