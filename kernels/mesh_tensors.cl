@@ -1,6 +1,6 @@
 // Shape tensors at the vertices of a mesh.
 #include "mesh_curvature.inc"
 
-__kernel WORK_GROUP void mesh_tensors(Buffer parameters, Buffer pairs, Buffer fits, Buffer vertices, int count) {
-  mesh_tensors_of(parameters, pairs, fits, vertices, lane_items(get_global_id(0)), count);
+__kernel WORK_GROUP void mesh_tensors(Buffer places, Buffer rings, Buffer fits, Buffer vertices, int count, int scale) {
+  mesh_tensors_of(places, rings, fits, vertices, lane_items(get_global_id(0)), count, as_plain_real(scale));
 }

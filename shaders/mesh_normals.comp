@@ -4,10 +4,10 @@
 layout(local_size_x = GROUP) in;
 
 layout(push_constant) uniform Arguments {
-  Buffer parameters, pairs, rings, vertices, fits;
-  int count;
+  Buffer places, rings, vertices, fits;
+  int count, scale;
 };
 
 void main() {
-  mesh_normals_of(parameters, pairs, rings, vertices, fits, lane_items(item_index()), count);
+  mesh_normals_of(places, rings, vertices, fits, lane_items(item_index()), count, as_plain_real(scale));
 }

@@ -4,10 +4,10 @@
 layout(local_size_x = GROUP) in;
 
 layout(push_constant) uniform Arguments {
-  Buffer parameters, pairs, fits, vertices;
-  int count;
+  Buffer places, rings, fits, vertices;
+  int count, scale;
 };
 
 void main() {
-  mesh_tensors_of(parameters, pairs, fits, vertices, lane_items(item_index()), count);
+  mesh_tensors_of(places, rings, fits, vertices, lane_items(item_index()), count, as_plain_real(scale));
 }

@@ -60,6 +60,7 @@ class ReferenceMesh {
   // The hits in [t_min, t_max], sorted by t and among equals by face; with `first_only` the first of them.
   std::vector<MeshHit> hits(const ReferenceRay& ray, bool first_only) const;
 
+  std::size_t face_count() const { return mesh_.face_count(); }
   glm::dvec3 location(const MeshPoint& point) const;
   glm::dvec3 face_normal(std::uint32_t face) const;
   // Vertex normals (mesh_curvature.hpp) weighted by barycentrics.

@@ -28,7 +28,8 @@ class MeshReference : public ReferenceSurface {
 
   ReferencePoint measure(const glm::dvec3& point, const SurfaceCoordinates* coordinates) const override {
     const bool is_finite = std::isfinite(point.x) && std::isfinite(point.y) && std::isfinite(point.z);
-    if (!coordinates && !is_finite) return {std::numeric_limits<double>::quiet_NaN(), undefined_frame()};
+    const bool is_nowhere = coordinates ? coordinates->part >= mesh_.face_count() : !is_finite;
+    if (is_nowhere) return {std::numeric_limits<double>::quiet_NaN(), undefined_frame()};
     const MeshPoint at =
         coordinates ? MeshPoint{coordinates->part, coordinates->u, coordinates->v} : mesh_.nearest(point).at;
     return {std::numeric_limits<double>::quiet_NaN(),

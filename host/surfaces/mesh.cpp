@@ -1,7 +1,7 @@
 // Polygon meshes on a device: a hierarchy of boxes over blocks of triangles.
 //
 // Device memory: 52 bytes a triangle, 12 a vertex, and 448 a node, of which there is one for about forty triangles. Once properties have been
-// asked for, 64 a vertex more; while they are made, about 180 a vertex on top.
+// asked for, 64 a vertex more; while they are made, about 120 a vertex on top.
 #include "surfaces/mesh.hpp"
 
 #include <fmt/format.h>
@@ -13,25 +13,17 @@
 
 #include "mesh_parameters.inc"
 #include "smurf/error.hpp"
+#include "surfaces/mesh_curvature.hpp"
 #include "surfaces/mesh_hierarchy.hpp"
 #include "surfaces/mesh_vertices.hpp"
 
 namespace smurf {
 namespace {
 
-// The power of two by which coordinates are multiplied on the device, so that the greatest is 1 to 2: products of three have room in
-// floats then, and powers of two round nothing. (Coordinates below 2^-126 of the greatest may be lost.)
-float unit_of(const Mesh& mesh) {
-  float size = 0;
-  for (int axis = 0; axis < 3; axis++)
-    size = std::max({size, std::abs(mesh.lower()[axis]), std::abs(mesh.upper()[axis])});
-  return std::ldexp(1.0f, std::clamp(-std::ilogb(size), -126, 126));
-}
-
 class ResidentMesh final : public ResidentSurface {
  public:
   ResidentMesh(const MeshSurface& surface, Executor& executor, const PrepareOptions& options)
-      : executor_(executor), mesh_(surface.mesh), unit_(unit_of(surface.mesh)) {
+      : executor_(executor), mesh_(surface.mesh), unit_(mesh_unit(surface.mesh)) {
     const MeshHierarchy hierarchy = build_hierarchy(surface.mesh, unit_, options.progress);
     modules_["surface"] = embedded_core("mesh.inc");
     defines_["MESH_STACK"] = fmt::format("{}", std::max(64u, std::bit_ceil(unsigned(hierarchy.stack))));
@@ -50,7 +42,6 @@ class ResidentMesh final : public ResidentSurface {
     put(MESH_UNIT, unit_);
     put(MESH_SIZE, size);
     put(MESH_EXTENT, extent);
-    put(MESH_SCALE, std::ldexp(1.0f, std::clamp(-std::ilogb(extent), -126, 126)));
     words[MESH_INTERPOLATED] = surface.normals == MeshNormals::interpolated ? 1 : 0;
     words[MESH_POSITIONS] = std::uint32_t(3 * surface.mesh.face_count());
     parameters_ = TypedBuffer<std::uint32_t>(executor, words.size(), "surface parameters");
@@ -69,31 +60,7 @@ class ResidentMesh final : public ResidentSurface {
 
   // Normals and curvature at the vertices (kernels/core/mesh_curvature.inc).
   void prepare_properties() override {
-    if (vertices_) return;
-    const MeshVertices tables = vertices_of(mesh_, unit_);
-    TypedBuffer<std::uint32_t> vertices, pairs, rings;
-    upload(executor_, tables.vertices, vertices, "vertices of a mesh");
-    upload(executor_, tables.pairs, pairs, "corners at the vertices of a mesh");
-    upload(executor_, tables.rings, rings, "neighbours of the vertices of a mesh");
-    const std::size_t count = mesh_.vertex_count();
-    const TypedBuffer<float> fits(executor_, MESH_FIT_WORDS * count, "fits at the vertices of a mesh");
-    launch(executor_, Program{KernelId::mesh_normals, {}, {}},
-           arguments::mesh_normals{.parameters = parameters_.get(),
-                                   .pairs = pairs.get(),
-                                   .rings = rings.get(),
-                                   .vertices = vertices.get(),
-                                   .fits = fits.get(),
-                                   .count = int(count)},
-           count);
-    launch(executor_, Program{KernelId::mesh_tensors, {}, {}},
-           arguments::mesh_tensors{.parameters = parameters_.get(),
-                                   .pairs = pairs.get(),
-                                   .fits = fits.get(),
-                                   .vertices = vertices.get(),
-                                   .count = int(count)},
-           count);
-    executor_.finish();
-    vertices_ = std::move(vertices);
+    if (!vertices_) vertices_ = make_vertices(executor_, mesh_, unit_);
   }
   bool update(const SurfaceModel&) override { return false; }
 

@@ -21,6 +21,7 @@
 #include "harness/shared_data.hpp"
 #include "interrogation.hpp"
 #include "reference/mesh.hpp"
+#include "smurf/error.hpp"
 #include "smurf/interrogator.hpp"
 #include "surfaces/surface_model.hpp"
 
@@ -496,6 +497,52 @@ TEST(MeshProperties, ExtremeSizes) {
       ASSERT_NEAR(glm::length(p.normal[i]), 1, 1e-5);
     }
   }
+}
+
+// All vertices at once: what points at corners of triangles have, and the reference's statuses.
+TEST(MeshProperties, AllVertices) {
+  std::vector<Named> meshes = awkward_meshes();
+  // A vertex of no triangle.
+  std::vector<glm::vec3> points = square_vertices(4, [](float x, float y) { return 0.1f * x * y; });
+  points.emplace_back(9, 9, 9);
+  meshes.push_back({"lone vertex", make_mesh(points, square_faces(4))});
+  std::size_t curved = 0;
+  for (const auto& [name, mesh] : meshes) {
+    std::vector<SurfaceCoordinates> corner(mesh.vertex_count(), {~0u, 0, 0});
+    for (const SurfaceCoordinates& at : vertices(mesh))
+      corner[mesh.faces()[at.part][at.u == 1 ? 1 : at.v == 1 ? 2 : 0]] = at;
+    const PointProperties expected = vertex_properties(open_device("reference"), mesh, all);
+    ASSERT_EQ(expected.status.size(), mesh.vertex_count());
+    for (const TestDevice& device : test_devices()) {
+      const PointProperties found = vertex_properties(device.device, mesh, all);
+      ASSERT_EQ(found.k1.size(), mesh.vertex_count());
+      for (std::size_t v = 0; v < mesh.vertex_count(); v++) {
+        const std::string where = name + ", " + device.label + ", vertex " + std::to_string(v);
+        const std::uint32_t shared = ~std::uint32_t(PointStatus::umbilic);
+        ASSERT_EQ(found.status[v] & shared, expected.status[v] & shared) << where;
+        ASSERT_EQ(std::isnan(found.normal[v].x), std::isnan(expected.normal[v].x)) << where;
+        if (corner[v].part == ~0u) {
+          ASSERT_EQ(found.status[v], PointStatus::undefined) << where;
+          continue;
+        }
+        if (std::isnan(found.k1[v])) continue;
+        curved++;
+      }
+      const Places places = vertices(mesh);
+      const PointProperties at_corners = measure_at(device, mesh, MeshNormals::interpolated, places);
+      for (std::size_t i = 0; i < places.size(); i++) {
+        const SurfaceCoordinates& at = places[i];
+        const std::size_t v = mesh.faces()[at.part][at.u == 1 ? 1 : at.v == 1 ? 2 : 0];
+        if (std::isnan(at_corners.k1[i])) continue;
+        const float size = std::max({std::abs(at_corners.k1[i]), std::abs(at_corners.k2[i]), 1e-3f});
+        ASSERT_NEAR(found.k1[v], at_corners.k1[i], 1e-5f * size) << name << ", " << device.label;
+        ASSERT_NEAR(found.k2[v], at_corners.k2[i], 1e-5f * size) << name << ", " << device.label;
+        ASSERT_LT(glm::distance(found.normal[v], at_corners.normal[i]), 1e-6f) << name << ", " << device.label;
+      }
+    }
+  }
+  EXPECT_GT(curved, 500u);
+  EXPECT_THROW(vertex_properties(open_device("reference"), meshes[0].mesh, std::uint32_t(Property::value)), Error);
 }
 
 }  // namespace

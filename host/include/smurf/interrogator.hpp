@@ -164,4 +164,11 @@ class Interrogator {
   std::shared_ptr<Interrogation> interrogation_;
 };
 
+// Properties at all vertices of a mesh, one after the other, made anew by each call: normals weighted by the triangles' angles, and curvature
+// in their planes, as hits with MeshNormals::interpolated have them. The mesh alone is needed, no surface that rays can be cast on.
+// `properties`: normal, gauss, mean, principal and directions. Vertices of no triangle, and where normals cancel, have no normal
+// and the status `undefined`; non-manifold ones and those with too few neighbours have no curvature.
+// Throws Error (memory) that says how much was needed.
+PointProperties vertex_properties(const Device& device, const Mesh& mesh, std::uint32_t properties);
+
 }  // namespace smurf
