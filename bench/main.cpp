@@ -269,6 +269,68 @@ void add_calibration() {
 }
 #endif
 
+// W6: normals, principal curvatures and directions at all vertices of a mesh, host tables included: $SMURF_BUNNY names bunny00.off (as for E), else
+// a generated mesh of as many triangles; and a generated one of eight times as many. Errors are told relative to the greater
+// principal curvature, against the reference's jets: another estimate, not the truth.
+PointProperties ask_vertices(const Device& device, const Mesh& mesh) {
+  return vertex_properties(device, mesh, Property::normal | Property::principal | Property::directions);
+}
+
+Counters compare_vertices(const PointProperties& found, const PointProperties& expected) {
+  std::vector<double> errors;
+  std::size_t other_status = 0;
+  for (std::size_t i = 0; i < expected.k1.size(); i++) {
+    other_status += ((found.status[i] ^ expected.status[i]) & ~std::uint32_t(PointStatus::umbilic)) != 0;
+    const double size = std::max(std::abs(expected.k1[i]), std::abs(expected.k2[i]));
+    if (!(size > 0) || std::isnan(found.k1[i])) continue;
+    errors.push_back(std::max(std::abs(found.k1[i] - expected.k1[i]), std::abs(found.k2[i] - expected.k2[i])) / size);
+  }
+  std::ranges::sort(errors);
+  if (errors.empty()) return {};
+  return {{"other_status", double(other_status)}, {"k_difference_median", errors[errors.size() / 2]}};
+}
+
+void add_vertices() {
+  const char* bunny = std::getenv("SMURF_BUNNY");
+  struct Size {
+    std::string name;
+    std::function<Mesh()> mesh;
+  };
+  const auto sphere = [](std::size_t triangles) {
+    return [=] {
+      const TriangleMesh mesh = bumpy_sphere(triangles);
+      return make_mesh(mesh.vertices, mesh.triangles);
+    };
+  };
+  const std::vector<Size> sizes = {
+      bunny ? Size{"W6-bunny00", [=] { return load_mesh(bunny); }} : Size{"W6-sphere", sphere(75'408)},
+      {"W6-sphere-8", sphere(8 * 75'408)}};
+  for (const auto& [workload, make] : sizes) {
+    for (const DeviceInfo& info : list_devices()) {
+      const bool is_reference = info.executor == "reference";
+      const bool every_lane_count = info.executor == "opencl" && info.lanes > 1;
+      for (int lanes : every_lane_count ? std::vector<int>{1, 4, 8, 16} : std::vector<int>{info.lanes}) {
+        const std::string device =
+            is_reference ? info.executor : fmt::format("{}:{}/lanes:{}", info.executor, info.index, lanes);
+        add(fmt::format("{}/{}", workload, device), [=] {
+          DeviceOptions options;
+          if (info.executor == "opencl") options.lanes = lanes;
+          const Device opened =
+              open_device(is_reference ? info.executor : fmt::format("{}:{}", info.executor, info.index), options);
+          const Mesh mesh = make();
+          Ready result;
+          result.count = mesh.vertex_count();
+          result.label = fmt::format("{}, {} vertices", opened.info().name, result.count);
+          const PointProperties found = ask_vertices(opened, mesh);
+          if (!is_reference) result.counters = compare_vertices(found, ask_vertices(open_device("reference"), mesh));
+          result.run = [=] { ask_vertices(opened, mesh); };
+          return result;
+        });
+      }
+    }
+  }
+}
+
 // Gage wants points in index space, and leaves out what is near the boundary, where it continues the data otherwise.
 void add_gage(const Workload& workload, int size) {
   add(fmt::format("{}/{}/gage", workload.name, size), [=] {
@@ -328,6 +390,7 @@ int main(int argc, char** argv) {
 #ifdef SMURF_BENCH_EMBREE
     add_calibration();
 #endif
+    add_vertices();
     const Catalogue list = catalogue();
     for (const Workload& workload : list.workloads) {
       for (int size : workload.sizes) {
