@@ -269,9 +269,9 @@ void add_calibration() {
 }
 #endif
 
-// W6: normals, principal curvatures and directions at all vertices of a mesh, host tables included: $SMURF_BUNNY names bunny00.off (as for E), else
-// a generated mesh of as many triangles; and a generated one of eight times as many. Errors are told relative to the greater
-// principal curvature, against the reference's jets: another estimate, not the truth.
+// W6: normals, principal curvatures and directions at all vertices of the bunny or what stands for it, and of a generated mesh eight
+// times as large, host tables included. Differences are told relative to the greater principal curvature, from the reference's jets:
+// another estimate, not the truth.
 PointProperties ask_vertices(const Device& device, const Mesh& mesh) {
   return vertex_properties(device, mesh, Property::normal | Property::principal | Property::directions);
 }
@@ -291,20 +291,13 @@ Counters compare_vertices(const PointProperties& found, const PointProperties& e
 }
 
 void add_vertices() {
-  const char* bunny = std::getenv("SMURF_BUNNY");
   struct Size {
     std::string name;
     std::function<Mesh()> mesh;
   };
-  const auto sphere = [](std::size_t triangles) {
-    return [=] {
-      const TriangleMesh mesh = bumpy_sphere(triangles);
-      return make_mesh(mesh.vertices, mesh.triangles);
-    };
-  };
-  const std::vector<Size> sizes = {
-      bunny ? Size{"W6-bunny00", [=] { return load_mesh(bunny); }} : Size{"W6-sphere", sphere(75'408)},
-      {"W6-sphere-8", sphere(8 * 75'408)}};
+  const BunnyOrSphere source = bunny_or_sphere();
+  const std::vector<Size> sizes = {{source.is_bunny ? "W6-bunny00" : "W6-sphere", source.mesh},
+                                   {"W6-sphere-8", [] { return bumpy_sphere(8 * 75'408); }}};
   for (const auto& [workload, make] : sizes) {
     for (const DeviceInfo& info : list_devices()) {
       const bool is_reference = info.executor == "reference";

@@ -158,33 +158,6 @@ void add_equations(std::vector<Workload>& list) {
   add_first_and_all(list, w, "W3b", "tanglecube");
 }
 
-// A sphere with bumps, which is closed: the rows of vertices that its poles are made of are welded.
-Mesh bumpy_sphere(std::size_t triangles) {
-  const int rings = std::max(3, int(std::sqrt(double(triangles) / 4)));
-  const int sectors = 2 * rings;
-  std::vector<glm::vec3> vertices;
-  std::vector<glm::uvec3> faces;
-  for (int i = 0; i <= rings; i++) {
-    for (int j = 0; j < sectors; j++) {
-      const double polar = std::numbers::pi * i / rings, azimuth = 2 * std::numbers::pi * j / sectors;
-      const double sine = i < rings ? std::sin(polar) : 0;
-      const double radius = 1 + 0.1 * std::sin(9 * polar) * std::sin(7 * azimuth);
-      vertices.emplace_back(radius * sine * std::cos(azimuth), radius * sine * std::sin(azimuth),
-                            sine > 0 ? radius * std::cos(polar) : std::cos(polar));
-    }
-  }
-  for (int i = 0; i < rings; i++) {
-    for (int j = 0; j < sectors; j++) {
-      const int k = (j + 1) % sectors;
-      const unsigned a = unsigned(i * sectors + j), b = unsigned((i + 1) * sectors + j);
-      const unsigned c = unsigned((i + 1) * sectors + k), d = unsigned(i * sectors + k);
-      faces.emplace_back(a, b, c);
-      faces.emplace_back(a, c, d);
-    }
-  }
-  return make_mesh(vertices, faces, {.weld = true});
-}
-
 // A mesh that is seen whole, and chords in all directions. Hits are told with face and barycentrics, as the peer tells them; no
 // properties are measured on top.
 void add_mesh(Catalogue& all) {
@@ -264,6 +237,32 @@ Catalogue catalogue(std::string_view filter) {
   std::erase_if(all.missing, passed_over);
   std::ranges::stable_sort(all.workloads, {}, [](const Workload& w) { return w.name.substr(0, 2); });
   return all;
+}
+
+Mesh bumpy_sphere(std::size_t triangles) {
+  const int rings = std::max(3, int(std::sqrt(double(triangles) / 4)));
+  const int sectors = 2 * rings;
+  std::vector<glm::vec3> vertices;
+  std::vector<glm::uvec3> faces;
+  for (int i = 0; i <= rings; i++) {
+    for (int j = 0; j < sectors; j++) {
+      const double polar = std::numbers::pi * i / rings, azimuth = 2 * std::numbers::pi * j / sectors;
+      const double sine = i < rings ? std::sin(polar) : 0;
+      const double radius = 1 + 0.1 * std::sin(9 * polar) * std::sin(7 * azimuth);
+      vertices.emplace_back(radius * sine * std::cos(azimuth), radius * sine * std::sin(azimuth),
+                            sine > 0 ? radius * std::cos(polar) : std::cos(polar));
+    }
+  }
+  for (int i = 0; i < rings; i++) {
+    for (int j = 0; j < sectors; j++) {
+      const int k = (j + 1) % sectors;
+      const unsigned a = unsigned(i * sectors + j), b = unsigned((i + 1) * sectors + j);
+      const unsigned c = unsigned((i + 1) * sectors + k), d = unsigned(i * sectors + k);
+      faces.emplace_back(a, b, c);
+      faces.emplace_back(a, c, d);
+    }
+  }
+  return make_mesh(vertices, faces, {.weld = true});
 }
 
 BunnyOrSphere bunny_or_sphere() {

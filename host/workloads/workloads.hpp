@@ -69,6 +69,8 @@ struct BunnyOrSphere {
   std::string why_not;
 };
 BunnyOrSphere bunny_or_sphere();
+// The sphere with waves of a tenth of its radius, closed, of about so many triangles.
+Mesh bumpy_sphere(std::size_t triangles);
 
 // Random chords of the sphere around a box, width² of them: origin and origin + direction are uniform on the sphere and t runs on
 // behind. No two neighbours go together.
