@@ -2,11 +2,12 @@
 #include "order.inc"
 
 __kernel WORK_GROUP void order_rows(Buffer rays, Buffer counts, Buffer slots, Buffer block_offsets, Buffer row_rays, Buffer row_t,
-                                    Buffer row_uncertainty, Buffer row_status, Buffer row_locations, Buffer row_coordinates, int first,
-                                    int number, int count, int stride, int capacity, int block) {
+                                    Buffer row_uncertainty, Buffer row_status, Buffer row_locations, Buffer row_coordinates,
+                                    Buffer ray_offsets, Buffer ray_status, int first, int number, int count, int stride, int capacity, int block,
+                                    int before_low, int before_high) {
   int which = (int)get_global_id(0);
   if (which * block < count) {
-    order_block(rays, counts, slots, block_offsets, row_rays, row_t, row_uncertainty, row_status, row_locations, row_coordinates, which, first,
-                number, count, stride, capacity, block);
+    order_block(rays, counts, slots, block_offsets, row_rays, row_t, row_uncertainty, row_status, row_locations, row_coordinates, ray_offsets,
+                ray_status, which, first, number, count, stride, capacity, block, before_low, before_high);
   }
 }

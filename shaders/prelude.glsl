@@ -117,6 +117,7 @@ void store_word(Buffer b, integer i, word v, mask m) {
 void store_integer(Buffer b, integer i, integer v, mask m) { store_word(b, i, uint(v), m); }
 void store_real(Buffer b, integer i, real v, mask m) { store_word(b, i, floatBitsToUint(v), m); }
 #define store_uniform_word(b, i, v) ((b).words[i] = (v))
+#define uniform_word(i) uint(i)
 #define store_uniform_integer(b, i, v) ((b).words[i] = uint(v))
 #define store_uniform_real(b, i, v) ((b).words[i] = floatBitsToUint(v))
 

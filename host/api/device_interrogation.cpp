@@ -52,7 +52,7 @@ class Rows {
   void finish() {
     if (direct_) {
       direct_.reset();
-    } else {
+    } else if (rows_ > 0) {
       staged_.read(std::span<T>(values_).last(rows_));
     }
   }
@@ -93,17 +93,14 @@ class DeviceInterrogation final : public Interrogation {
     const bool first_only = options.hits == Hits::first;
     int capacity = first_only ? 1 : capacity_of_all;
     upload_shared(rays);
-    hits.offsets_.resize(rays.size() + 1);
-    hits.offsets_[0] = 0;
-    hits.ray_status_.resize(rays.size());
+    hits.offsets_.assign(1, 0);
+    hits.offsets_.reserve(rays.size() + 1);
     std::size_t first = 0;
     while (first < rays.size()) {
       Tile tile = next_tile(rays, first, options, capacity);
       upload_tile(rays, tile);
-      tile_counts_.clear();
-      Rows counts(executor_, counts_, tile_counts_, tile.count, tile.count, "hit counts");
-      find_hits(tile, counts.buffer(), capacity, first_only);
-      const std::vector<BlockSum> blocks = sum_blocks(tile, counts.buffer());
+      find_hits(tile, capacity, first_only);
+      const std::vector<BlockSum> blocks = sum_blocks(tile);
       if (options.bad_rays == BadRays::error) refuse_invalid(rays, blocks, tile);
       require_whole(blocks, tile);
       const int most =
@@ -112,9 +109,7 @@ class DeviceInterrogation final : public Interrogation {
         capacity = int(std::bit_ceil(unsigned(most)));
         continue;
       }
-      order_rows(blocks, tile, counts.buffer(), capacity, hits);
-      counts.finish();
-      append_counts(tile, hits);
+      order_rows(blocks, tile, rays.size(), capacity, hits);
       first += tile.count;
       if (options.progress) options.progress(first, rays.size());
     }
@@ -250,7 +245,8 @@ class DeviceInterrogation final : public Interrogation {
     tile.stride = tile.count;
   }
 
-  void find_hits(const Tile& tile, DeviceBuffer* counts, int capacity, bool first_only) {
+  void find_hits(const Tile& tile, int capacity, bool first_only) {
+    ensure(counts_, tile.count, "hit counts");
     ensure(slots_, (coordinates_ ? 6 : 3) * std::size_t(capacity) * SLOT_STRIDE(tile.count), "hit slots");
     const std::vector<DeviceBuffer*> surface = surface_buffers();
     launch(executor_, find_hits_,
@@ -260,7 +256,7 @@ class DeviceInterrogation final : public Interrogation {
                                 .surface_c = surface[2],
                                 .surface_d = surface[3],
                                 .rays = tile.rays,
-                                .counts = counts,
+                                .counts = counts_.get(),
                                 .slots = slots_.get(),
                                 .first = int(tile.offset),
                                 .count = int(tile.count),
@@ -271,12 +267,12 @@ class DeviceInterrogation final : public Interrogation {
            tile.count);
   }
 
-  std::vector<BlockSum> sum_blocks(const Tile& tile, DeviceBuffer* counts) {
+  std::vector<BlockSum> sum_blocks(const Tile& tile) {
     std::vector<BlockSum> sums((tile.count + rays_in_block - 1) / rays_in_block);
     ensure(blocks_, sums.size(), "block sums");
     launch(executor_, count_blocks_,
            arguments::count_blocks{
-               .counts = counts, .blocks = blocks_.get(), .count = int(tile.count), .block = rays_in_block},
+               .counts = counts_.get(), .blocks = blocks_.get(), .count = int(tile.count), .block = rays_in_block},
            sums.size());
     blocks_.read(sums);
     return sums;
@@ -326,8 +322,8 @@ class DeviceInterrogation final : public Interrogation {
     }
   }
 
-  // Appends the tile's hits to the list.
-  void order_rows(const std::vector<BlockSum>& blocks, const Tile& tile, DeviceBuffer* counts, int capacity,
+  // Appends the tile's hits, and its rays, to the list, in which there will be `ray_count` rays.
+  void order_rows(const std::vector<BlockSum>& blocks, const Tile& tile, std::size_t ray_count, int capacity,
                   HitList& hits) {
     std::vector<std::uint32_t> starts(blocks.size());
     std::size_t count = 0;
@@ -335,12 +331,14 @@ class DeviceInterrogation final : public Interrogation {
       starts[i] = std::uint32_t(count);
       count += std::size_t(blocks[i].hits);
     }
-    if (count == 0) return;
+    const std::uint64_t before = hits.rays_.size();
     ensure(starts_, starts.size(), "block offsets");
     starts_.write(starts);
     // The rest of the rays may have as many hits each.
-    const auto expected = std::size_t(1.05 * double(hits.rays_.size() + count) / double(tile.first + tile.count) *
-                                      double(hits.ray_status_.size()));
+    const auto expected =
+        std::size_t(1.05 * double(hits.rays_.size() + count) / double(tile.first + tile.count) * double(ray_count));
+    Rows offsets(executor_, ray_offsets_, hits.offsets_, tile.count, ray_count + 1, "rays");
+    Rows ray_status(executor_, ray_status_, hits.ray_status_, tile.count, ray_count, "rays");
     Rows rays(executor_, row_rays_, hits.rays_, count, expected, "hit rows");
     Rows t(executor_, row_t_, hits.t_, count, expected, "hit rows");
     Rows uncertainty(executor_, row_uncertainty_, hits.uncertainty_, count, expected, "hit rows");
@@ -350,7 +348,7 @@ class DeviceInterrogation final : public Interrogation {
     if (coordinates_) coordinates.emplace(executor_, row_coordinates_, hits.coordinates_, count, expected, "hit rows");
     launch(executor_, order_rows_,
            arguments::order_rows{.rays = tile.rays,
-                                 .counts = counts,
+                                 .counts = counts_.get(),
                                  .slots = slots_.get(),
                                  .block_offsets = starts_.get(),
                                  .row_rays = rays.buffer(),
@@ -359,30 +357,26 @@ class DeviceInterrogation final : public Interrogation {
                                  .row_status = status.buffer(),
                                  .row_locations = locations.buffer(),
                                  .row_coordinates = coordinates ? coordinates->buffer() : nullptr,
+                                 .ray_offsets = offsets.buffer(),
+                                 .ray_status = ray_status.buffer(),
                                  .first = int(tile.offset),
                                  .number = int(tile.first),
                                  .count = int(tile.count),
                                  .stride = int(tile.stride),
                                  .capacity = capacity,
-                                 .block = rays_in_block},
+                                 .block = rays_in_block,
+                                 .before_low = std::int32_t(std::uint32_t(before)),
+                                 .before_high = std::int32_t(before >> 32)},
            starts.size());
     require_rows(blocks, tile);
+    offsets.finish();
+    ray_status.finish();
     rays.finish();
     t.finish();
     uncertainty.finish();
     status.finish();
     locations.finish();
     if (coordinates) coordinates->finish();
-  }
-
-  void append_counts(const Tile& tile, HitList& hits) {
-    std::uint64_t offset = hits.offsets_[tile.first];
-    for (std::size_t i = 0; i < tile.count; i++) {
-      const std::int32_t count = tile_counts_[i];
-      offset += std::uint64_t(std::max(count, 0));
-      hits.offsets_[tile.first + i + 1] = offset;
-      hits.ray_status_[tile.first + i] = count < 0 ? RayStatus::invalid : RayStatus::ok;
-    }
   }
 
   struct PointBuffers {
@@ -479,11 +473,12 @@ class DeviceInterrogation final : public Interrogation {
   TypedBuffer<std::uint32_t> row_rays_;
   TypedBuffer<float> row_t_, row_uncertainty_;
   TypedBuffer<HitStatus> row_status_;
+  TypedBuffer<std::uint64_t> ray_offsets_;
+  TypedBuffer<RayStatus> ray_status_;
   TypedBuffer<glm::vec3> row_locations_;
   TypedBuffer<SurfaceCoordinates> row_coordinates_, point_coordinates_;
   TypedBuffer<glm::vec3> points_, directions_;
   TypedBuffer<std::uint32_t> columns_;
-  Values<std::int32_t> tile_counts_;
 };
 
 std::unique_ptr<Interrogation> interrogate_on_device(const Device& device,
