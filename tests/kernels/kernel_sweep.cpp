@@ -1,7 +1,7 @@
-// Runs every kernel of host/kernels.def on a small case of every kind of surface, for grids of every reconstruction and sample type, and compares with
+// Runs every kernel of host/kernels.def on a small case, for grids of every reconstruction and sample type, and compares with
 // the reference: a program of its own, so that it can be started under oclgrind or on another OpenCL implementation.
 //
-//   kernel-sweep DEVICE LANES [WHAT ...]     grids by sample type, as in "uint8"; "mesh", "expression", "black-box"; all when none is given
+//   kernel-sweep DEVICE LANES [WHAT ...]     grids by sample type, as in "uint8"; "mesh", "black-box"; all when none is given
 //
 // Exit codes: 0 all agree, 1 a difference or an error, 3 there is no such device.
 #include <fmt/format.h>
@@ -112,9 +112,9 @@ class Sweep {
     std::printf("%-22s %zu hits\n", what_.c_str(), hits.size());
   }
 
-  // A surface in [-1, 1]³, given by an expression or as a black box.
-  void run_implicit(const std::string& what, const Surface& surface) {
-    what_ = what;
+  // A surface in [-1, 1]³.
+  void run_black_box(const Surface& surface) {
+    what_ = "black box";
     const Interrogator query(device_, surface), truth(reference_, surface);
     GridFrame frame;
     frame.placement.origin = glm::dvec3(-1);
@@ -182,9 +182,7 @@ int main(int count, char** words) {
     const BlackBox box{"FN real black_box(real x, real y, real z) { return x * x + 2.0f * y * y + z * z - 0.7f; }\n",
                        [](const glm::dvec3& p) { return p.x * p.x + 2 * p.y * p.y + p.z * p.z - 0.7; }, "ellipsoid"};
     if (wanted("mesh")) sweep.run_mesh();
-    if (wanted("expression"))
-      sweep.run_implicit("expression", implicit("max(x^2 + 2*y^2 + z^2 - 0.7, x - 0.6)", domain));
-    if (wanted("black-box")) sweep.run_implicit("black box", implicit(box, domain));
+    if (wanted("black-box")) sweep.run_black_box(implicit(box, domain));
     return sweep.failures() == 0 ? 0 : 1;
   } catch (const Error& error) {
     std::fprintf(stderr, "%s\n", error.what());
