@@ -4,13 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <limits>
 #include <numbers>
 #include <string>
 #include <vector>
 
+#include "harness/devices.hpp"
 #include "harness/expressions.hpp"
 
 namespace smurf::expression {
@@ -170,7 +169,7 @@ TEST(ExpressionInterval, ChoosesWhereTheConditionIsDecided) {
 // Against arithmetic of more bits, at single numbers: without rounding outwards, nearly all of these are missed.
 TEST(ExpressionInterval, RoundsOutwards) {
   if (std::numeric_limits<long double>::digits <= std::numeric_limits<double>::digits)
-    std::fprintf(stderr, "NOT TESTED: long double has no more bits than double\n");
+    test::report_missing("long doubles of more bits than doubles");
   using Wide = long double;
   struct Case {
     std::string text;
