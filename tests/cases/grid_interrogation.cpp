@@ -47,6 +47,8 @@ TEST(GridInterrogation, RaysWithMoreHitsThanAnyCapacity) {
       const HitList hits = query.cast(rays, {.hits = Hits::all});
       for (std::size_t i = 0; i < rays.size(); i++)
         ASSERT_EQ(hits.offsets()[i + 1] - hits.offsets()[i], i % 7 == 0 ? 80u : 0u) << device.label << ", ray " << i;
+      // By then the interrogator expects that many.
+      EXPECT_TRUE(same_bytes(query.cast(rays, {.hits = Hits::all}), hits)) << device.label;
       // First hits of the same rays, from a start beyond some of them.
       RayBatch later = rays;
       for (float& t : later.component(RayBatch::t_min)) t = 100;
