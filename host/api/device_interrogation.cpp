@@ -24,10 +24,9 @@ namespace {
 constexpr std::size_t rays_in_tile = 1 << 20;
 constexpr std::size_t rays_in_image_tile = (1 << 21) - 1;  // what kernels/core/ray.inc can tell apart
 constexpr std::size_t points_in_tile = 1 << 20;
-// Capacity × rays, at 12 or 24 bytes. Tiles are large, because threads wait for the last one at the end of each. They are small as long as it is
-// not known how many hits rays have, since a tile with more than there is room for is done again, and where progress is to be told.
-constexpr std::size_t slots_in_tile = 1 << 23;
-constexpr std::size_t slots_in_small_tile = 1 << 20;
+// Capacity × rays, at 12 or 24 bytes. Threads wait for the last one at the end of a tile, so that halves of this cost a quarter more time; larger
+// ones gain little, and take long to be cleared once.
+constexpr std::size_t slots_in_tile = 1 << 21;
 constexpr int capacity_of_all = 8;   // hits per ray to begin with
 constexpr int most_remembered = 64;  // hits per ray that the next batch is expected to have as well
 constexpr int rays_in_block = 16;    // counted and ordered by one work item
@@ -95,7 +94,8 @@ class DeviceInterrogation final : public Interrogation {
   // The hits as the device sees them.
   void find(const RayBatch& rays, const CastOptions& options, HitList& hits) {
     const bool first_only = options.hits == Hits::first;
-    int capacity = first_only ? 1 : std::max(capacity_of_all, capacity_seen_);
+    int capacity = first_only ? 1 : capacity_of_all;
+    if (!first_only && hits_seen_ > 0) capacity = int(std::bit_ceil(unsigned(std::min(hits_seen_, most_remembered))));
     upload_shared(rays);
     hits.offsets_.assign(1, 0);
     hits.offsets_.reserve(rays.size() + 1);
@@ -113,7 +113,7 @@ class DeviceInterrogation final : public Interrogation {
         capacity = int(std::bit_ceil(unsigned(most)));
         continue;
       }
-      if (!first_only) capacity_seen_ = std::min(capacity, most_remembered);
+      if (!first_only) hits_seen_ = std::max({hits_seen_, most, 1});
       order_rows(blocks, tile, rays.size(), capacity, hits);
       first += tile.count;
       if (options.progress) options.progress(first, rays.size());
@@ -162,6 +162,7 @@ class DeviceInterrogation final : public Interrogation {
 
   void update(const std::shared_ptr<const SurfaceModel>& model) override {
     model_ = model;
+    hits_seen_ = 0;
     if (!surface_->update(*model)) {
       surface_ = model->reside(executor_, {});
       coordinates_ = model->has_coordinates();
@@ -223,9 +224,7 @@ class DeviceInterrogation final : public Interrogation {
 
   Tile next_tile(const RayBatch& rays, std::size_t first, const CastOptions& options, int capacity) const {
     std::size_t most = options.tile != 0 ? options.tile : rays_in_tile;
-    const bool small = options.hits == Hits::all && (capacity_seen_ == 0 || options.progress);
-    const std::size_t slots = small ? slots_in_small_tile : slots_in_tile;
-    most = std::max<std::size_t>(std::min(most, slots / std::size_t(capacity)), 1);
+    most = std::max<std::size_t>(std::min(most, slots_in_tile / std::size_t(capacity)), 1);
     const std::size_t band = rays.image_width * tile_rows;
     if (rays.image_width > 0) most = std::min(most, rays_in_image_tile);
     const bool image = rays.image_width >= 4 && rays.image_width % 4 == 0 && band <= most && first % band == 0;
@@ -468,8 +467,8 @@ class DeviceInterrogation final : public Interrogation {
   Executor& executor_;
   std::shared_ptr<const SurfaceModel> model_;
   std::unique_ptr<ResidentSurface> surface_;
-  bool coordinates_;       // hits have surface coordinates
-  int capacity_seen_ = 0;  // hits a ray that tiles had room for; 0 as long as there was none
+  bool coordinates_;   // hits have surface coordinates
+  int hits_seen_ = 0;  // most hits of a ray in batches of all hits; 0 before the first
   Program find_hits_, find_nearest_, measure_first_, measure_second_, order_rows_, count_blocks_;
 
   std::unique_ptr<DeviceBuffer> shared_rays_;
