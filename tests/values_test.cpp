@@ -44,8 +44,8 @@ TEST(Results, LargeBlocksComeAgain) {
   free_results(other);
 }
 
-TEST(Results, WhatIsKeptHasALimit) {
-  // More than is kept in all, given back at once and asked for again: all of it is memory of its own.
+TEST(Results, MoreThanIsKeptIsMemoryOfItsOwn) {
+  // More than is kept in all, given back at once and asked for again.
   std::vector<char*> blocks;
   for (int round = 0; round < 2; round++) {
     for (int i = 0; i < 12; i++) {
