@@ -6,9 +6,9 @@
 #include <sys/mman.h>
 
 #include <cstdint>
-#include <map>
 #include <mutex>
 #include <unordered_map>
+#include <vector>
 
 namespace smurf {
 namespace {
@@ -17,7 +17,7 @@ constexpr std::size_t large_page = std::size_t(2) << 20;
 constexpr std::size_t large = 2 * large_page;
 constexpr std::size_t alignment = 64;  // a cache line, and what devices that share host memory like
 constexpr std::size_t most_kept = std::size_t(512) << 20;
-constexpr std::size_t most_slack = 2;  // a kept block serves no request of less than this part of it
+constexpr std::size_t most_slack = 2;  // how many times as large as what is asked for a kept block may be
 
 constexpr std::size_t rounded_up(std::size_t bytes, std::size_t unit) { return (bytes + unit - 1) / unit * unit; }
 
@@ -27,18 +27,17 @@ void* fresh(std::size_t bytes, std::size_t unit) {
   return memory;
 }
 
-// Large blocks, by their sizes.
 class LargeBlocks {
  public:
   void* take(std::size_t bytes) {
     const std::lock_guard lock(mutex_);
-    const auto kept = kept_.lower_bound(bytes);
-    if (kept != kept_.end() && kept->first <= most_slack * bytes) {
-      void* memory = kept->second;
-      used_.emplace(memory, kept->first);
-      kept_bytes_ -= kept->first;
-      kept_.erase(kept);
-      return memory;
+    const auto best = best_fit(bytes);
+    if (best != kept_.end()) {
+      const Block block = *best;
+      used_.emplace(block.memory, block.bytes);
+      kept_bytes_ -= block.bytes;
+      kept_.erase(best);
+      return block.memory;
     }
     void* memory = fresh(bytes, large_page);
     try {
@@ -57,41 +56,54 @@ class LargeBlocks {
     const std::lock_guard lock(mutex_);
     const auto used = used_.find(memory);
     if (used == used_.end()) return false;
-    const std::size_t bytes = used->second;
+    const Block block = {memory, used->second};
     used_.erase(used);
-    if (!keep(memory, bytes)) std::free(memory);
+    if (!keep(block)) std::free(memory);
     return true;
   }
 
  private:
-  bool keep(void* memory, std::size_t bytes) {
+  struct Block {
+    void* memory;
+    std::size_t bytes;
+  };
+
+  std::vector<Block>::iterator best_fit(std::size_t bytes) {
+    auto best = kept_.end();
+    for (auto block = kept_.begin(); block != kept_.end(); ++block) {
+      const bool fits = block->bytes >= bytes && block->bytes / most_slack <= bytes;
+      if (fits && (best == kept_.end() || block->bytes < best->bytes)) best = block;
+    }
+    return best;
+  }
+
+  // In place of those that were kept longest.
+  bool keep([[maybe_unused]] Block block) {
 #if defined(__SANITIZE_ADDRESS__)
-    // A block that is used after it was given back is to be found out.
-    return false;
-#endif
-    // The largest go first: small ones serve more requests.
-    while (!kept_.empty() && kept_bytes_ + bytes > most_kept && kept_.rbegin()->first >= bytes)
-      drop(std::prev(kept_.end()));
-    if (kept_bytes_ + bytes > most_kept) return false;
+    return false;  // a block that is used after it was given back is to be found out
+#else
+    if (block.bytes > most_kept) return false;
+    auto newer = kept_.begin();
+    for (; kept_bytes_ + block.bytes > most_kept; ++newer) {
+      kept_bytes_ -= newer->bytes;
+      std::free(newer->memory);
+    }
+    kept_.erase(kept_.begin(), newer);
     try {
-      kept_.emplace(bytes, memory);
+      kept_.push_back(block);
     } catch (const std::bad_alloc&) {
       return false;
     }
-    kept_bytes_ += bytes;
-    madvise(memory, bytes, MADV_FREE);
+    kept_bytes_ += block.bytes;
+    madvise(block.memory, block.bytes, MADV_FREE);
     return true;
-  }
-  void drop(std::multimap<std::size_t, void*>::iterator block) {
-    kept_bytes_ -= block->first;
-    std::free(block->second);
-    kept_.erase(block);
+#endif
   }
 
   std::mutex mutex_;
-  std::multimap<std::size_t, void*> kept_;
-  std::unordered_map<void*, std::size_t> used_;
+  std::vector<Block> kept_;  // in the order in which they were given back
   std::size_t kept_bytes_ = 0;
+  std::unordered_map<void*, std::size_t> used_;
 };
 
 // Never destroyed: results may outlive everything else.
