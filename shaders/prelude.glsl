@@ -110,6 +110,11 @@ Row load_row(Buffer b, int start, integer i) {
 #define load_lanes(b, start) uintBitsToFloat((b).words[start])
 #define load_lane_integers(b, start) int((b).words[start])
 
+#define PICK_FEW 0
+#define pick_few(b, start, i) load_real(b, (start) + (i))
+#define pick_some(b, start, i) load_real(b, (start) + (i))
+#define pick(b, start, i) load_real(b, (start) + (i))
+
 // Stores the lanes in m.
 void store_word(Buffer b, integer i, word v, mask m) {
   if (m) b.words[i] = v;
