@@ -138,9 +138,9 @@ class Layout {
       level = std::move(next);
     }
     result_.stack = deepest(root.leaf ? above : root);
-    // Lanes read whole vectors.
+    // Lanes read whole vectors; those beyond the last triangle of a leaf take whatever stands there for a corner.
     result_.nodes.resize(result_.nodes.size() + 16);
-    result_.triangles.resize(result_.triangles.size() + 2 * 16);
+    result_.triangles.resize(result_.triangles.size() + (1 << MESH_CORNER_BITS));
     return std::move(result_);
   }
 
