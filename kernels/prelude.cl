@@ -128,8 +128,11 @@ static inline int lane_bits(mask m) {
 #define pack_integers(list, at, v, bits) ((list)[at] = (v))
 #define pack_reals(list, at, v, bits) ((list)[at] = (v))
 #elif LANES == 16 && defined(__AVX512F__) && HAS_BUILTIN(__builtin_ia32_compresssi512_mask) && HAS_BUILTIN(__builtin_ia32_compresssf512_mask)
-#define pack_integers(list, at, v, bits) vstore16(__builtin_ia32_compresssi512_mask(v, (int16)(0), (ushort)(bits)), 0, (list) + (at))
-#define pack_reals(list, at, v, bits) vstore16(__builtin_ia32_compresssf512_mask(v, (float16)(0), (ushort)(bits)), 0, (list) + (at))
+// vstore16 would take the vector apart.
+typedef int16 UnalignedIntegers __attribute__((aligned(4)));
+typedef float16 UnalignedReals __attribute__((aligned(4)));
+#define pack_integers(list, at, v, bits) (*(UnalignedIntegers*)((list) + (at)) = __builtin_ia32_compresssi512_mask(v, (int16)(0), (ushort)(bits)))
+#define pack_reals(list, at, v, bits) (*(UnalignedReals*)((list) + (at)) = __builtin_ia32_compresssf512_mask(v, (float16)(0), (ushort)(bits)))
 #else
 static inline void pack_integers(int* list, int at, integer v, int bits) {
   for (; bits != 0; bits &= bits - 1) list[at++] = lane_integer(v, 31 - (int)clz(bits & -bits));
