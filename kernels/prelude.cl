@@ -123,6 +123,32 @@ static inline int lane_bits(mask m) {
 }
 #endif
 #endif
+// A list of LANES integers, one for each lane; and of each lane the value on lane number i of v, with i of its own.
+#if LANES == 1
+#define lanes_of(list) ((list)[0])
+#define lane_reals_of(v, i) (v)
+#define lane_integers_of(v, i) (v)
+#else
+#define lanes_of(list) JOIN(vload, LANES)(0, list)
+#if LANES == 16 && defined(__AVX512F__) && HAS_BUILTIN(__builtin_ia32_permvarsf512) && HAS_BUILTIN(__builtin_ia32_permvarsi512)
+#define lane_reals_of(v, i) __builtin_ia32_permvarsf512(v, i)
+#define lane_integers_of(v, i) __builtin_ia32_permvarsi512(v, i)
+#elif LANES == 8 && defined(__AVX2__) && HAS_BUILTIN(__builtin_ia32_permvarsf256) && HAS_BUILTIN(__builtin_ia32_permvarsi256)
+#define lane_reals_of(v, i) __builtin_ia32_permvarsf256(v, i)
+#define lane_integers_of(v, i) __builtin_ia32_permvarsi256(v, i)
+#else
+static inline real lane_reals_of(real v, integer i) {
+  real all;
+  for (int lane = 0; lane < LANES; lane++) ((float*)&all)[lane] = lane_real(v, lane_integer(i, lane));
+  return all;
+}
+static inline integer lane_integers_of(integer v, integer i) {
+  integer all;
+  for (int lane = 0; lane < LANES; lane++) ((int*)&all)[lane] = lane_integer(v, lane_integer(i, lane));
+  return all;
+}
+#endif
+#endif
 // Puts the values of the lanes whose bits are set into a list, one after the other from place `at` on; LANES places are written.
 #if LANES == 1
 #define pack_integers(list, at, v, bits) ((list)[at] = (v))

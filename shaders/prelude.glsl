@@ -36,6 +36,9 @@
 #define lane_splat(v, i) (v)
 #define lane_numbers() 0
 #define lane_bits(m) ((m) ? 1 : 0)
+#define lanes_of(list) list[0]
+#define lane_reals_of(v, i) (v)
+#define lane_integers_of(v, i) (v)
 #define pack_integers(list, at, v, bits) list[at] = (v)
 #define pack_reals(list, at, v, bits) list[at] = (v)
 #define bit_count(bits) bitCount(bits)
