@@ -394,6 +394,7 @@ FN void store_word(Buffer b, integer i, word v, mask m) {
 FN void store_integer(Buffer b, integer i, integer v, mask m) { store_word(b, i, to_word(v), m); }
 FN void store_real(Buffer b, integer i, real v, mask m) { store_word(b, i, as_word(v), m); }
 #define uniform_word(i) ((uint)(i))
+#define to_plain_signed(w) ((int)(w))
 #define store_uniform_word(b, i, v) ((b)[i] = (v))
 #define store_uniform_integer(b, i, v) ((b)[i] = (uint)(v))
 #define store_uniform_real(b, i, v) ((b)[i] = as_uint(v))

@@ -126,6 +126,7 @@ void store_integer(Buffer b, integer i, integer v, mask m) { store_word(b, i, ui
 void store_real(Buffer b, integer i, real v, mask m) { store_word(b, i, floatBitsToUint(v), m); }
 #define store_uniform_word(b, i, v) ((b).words[i] = (v))
 #define uniform_word(i) uint(i)
+#define to_plain_signed(w) int(w)
 #define store_uniform_integer(b, i, v) ((b).words[i] = uint(v))
 #define store_uniform_real(b, i, v) ((b).words[i] = floatBitsToUint(v))
 

@@ -22,7 +22,6 @@ namespace {
 // Lanes test as many as 16 triangles at the price of one, so that leaves of fewer are split no further: on the bunny such leaves have 11 triangles in the mean,
 // where the builder would make half of its leaves of one triangle, and rays with all hits are faster by a tenth.
 constexpr unsigned kFewestToSplit = 16;
-constexpr unsigned kMostTriangles = 32;
 constexpr float kTriangleCost = 0.05f;  // of a node's
 
 struct Box {
@@ -33,7 +32,7 @@ struct Box {
 struct BuildNode {
   std::array<BuildNode*, MESH_WIDTH> children{};
   std::array<Box, MESH_WIDTH> boxes{};
-  std::array<std::uint32_t, kMostTriangles> triangles{};
+  std::array<std::uint32_t, MESH_LEAF_MOST> triangles{};
   std::uint32_t count = 0;  // of children or triangles
   bool leaf = false;
 };
@@ -226,7 +225,7 @@ MeshHierarchy build_hierarchy(const Mesh& mesh, float unit, const Report::Call& 
   arguments.maxDepth = 48;
   arguments.sahBlockSize = 1;
   arguments.minLeafSize = kFewestToSplit;
-  arguments.maxLeafSize = kMostTriangles;
+  arguments.maxLeafSize = MESH_LEAF_MOST;
   arguments.traversalCost = 1.0f;
   arguments.intersectionCost = kTriangleCost;
   arguments.bvh = bvh.get();
