@@ -10,9 +10,9 @@ layout(push_constant) uniform Arguments {
 };
 
 void main() {
-  int which = int(item_index());
-  if (which * block < count) {
-    order_block(rays, counts, slots, block_offsets, row_rays, row_t, row_uncertainty, row_status, row_locations, row_coordinates,
-                ray_offsets, ray_status, which, first, number, count, stride, capacity, block, before_low, before_high);
+  int item = lane_items(item_index());
+  if (item < count) {
+    order_lanes(rays, counts, slots, block_offsets, row_rays, row_t, row_uncertainty, row_status, row_locations, row_coordinates,
+                ray_offsets, ray_status, item, first, number, count, stride, capacity, block, before_low, before_high);
   }
 }

@@ -292,17 +292,14 @@ class DeviceInterrogation final : public Interrogation {
     }
   }
 
-  // The same of rows, which only long ones can suffer.
-  void require_rows(const std::vector<BlockSum>& blocks, const Tile& tile) {
-    constexpr int long_row = 64;
+  // The same of rows, which only long ones can suffer (kernels/core/order.inc).
+  void require_rows(const std::vector<BlockSum>& blocks, const Tile& tile, const HitList& hits) const {
+    constexpr int long_row = 12;
+    constexpr auto is_cut = RayStatus(2);
     if (std::ranges::none_of(blocks, [](const BlockSum& block) { return block.most > long_row; })) return;
-    std::vector<std::uint32_t> ends(blocks.size());
-    starts_.read(ends);
-    std::uint32_t end = 0;
-    for (std::size_t i = 0; i < blocks.size(); i++) {
-      end += std::uint32_t(blocks[i].hits);
-      if (ends[i] != end) throw cut(tile.first + i * rays_in_block);
-    }
+    const auto begin = hits.ray_status_.begin() + std::ptrdiff_t(tile.first);
+    const auto found = std::find(begin, begin + std::ptrdiff_t(tile.count), is_cut);
+    if (found != begin + std::ptrdiff_t(tile.count)) throw cut(tile.first + std::size_t(found - begin));
   }
 
   static Error cut(std::size_t ray) {
@@ -373,10 +370,10 @@ class DeviceInterrogation final : public Interrogation {
                                  .block = rays_in_block,
                                  .before_low = std::int32_t(std::uint32_t(before)),
                                  .before_high = std::int32_t(before >> 32)},
-           starts.size());
-    require_rows(blocks, tile);
+           tile.count);
     offsets.finish();
     ray_status.finish();
+    require_rows(blocks, tile, hits);
     rays.finish();
     t.finish();
     uncertainty.finish();
