@@ -317,6 +317,8 @@ TEST_F(MeshCli, RefusesWhatDoesNotSuitMeshes) {
   expect_refused("info " + in("bad.json"), {"normals", "smooth", "face, interpolated"});
   describe("bad.json", "pyramid.off", R"(, "weld": "yes")");
   expect_refused("info " + in("bad.json"), {"weld", "true or false", "yes"});
+  describe("bad.json", "pyramid.off", R"(, "spatial_splits": 1)");
+  expect_refused("info " + in("bad.json"), {"spatial_splits", "true or false", "1"});
   describe("bad.json", "pyramid.off", R"(, "isovalue": 3)");
   expect_refused("info " + in("bad.json"), {"isovalue"});
   write("bad.json", R"({"kind": "mesh"})");

@@ -4,9 +4,11 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <random>
 #include <vector>
 
@@ -14,6 +16,7 @@
 #include "harness/density.hpp"
 #include "harness/meshes.hpp"
 #include "harness/refusal.hpp"
+#include "kernels/core/mesh_parameters.inc"
 #include "surfaces/mesh_hierarchy.hpp"
 
 namespace smurf {
@@ -290,7 +293,7 @@ TEST(Mesh, HierarchyTellsItsProgress) {
   const Mesh mesh = test::torus_mesh(3, 1, 400, 300);
   std::size_t calls = 0, last = 0;
   std::atomic<int> inside = 0;
-  const MeshHierarchy hierarchy = build_hierarchy(mesh, 1, [&](std::size_t done, std::size_t total) {
+  const MeshHierarchy hierarchy = build_hierarchy(mesh, 1, false, [&](std::size_t done, std::size_t total) {
     EXPECT_EQ(++inside, 1);
     EXPECT_EQ(total, mesh.face_count());
     EXPECT_GE(done, last);
@@ -305,13 +308,35 @@ TEST(Mesh, HierarchyTellsItsProgress) {
 
   struct Enough {};
   calls = 0;
-  EXPECT_THROW(build_hierarchy(mesh, 1,
+  EXPECT_THROW(build_hierarchy(mesh, 1, false,
                                [&](std::size_t, std::size_t) {
                                  if (++calls == 3) throw Enough();
                                }),
                Enough);
   EXPECT_EQ(calls, 3u);
   EXPECT_EQ(build_hierarchy(mesh, 1).triangles, hierarchy.triangles) << "and the next is built";
+}
+
+// Which faces stand in the leaves, and in how many. Leaves follow each other (kernels/core/mesh_parameters.inc).
+std::vector<int> leaves_of_faces(const Mesh& mesh, const MeshHierarchy& hierarchy) {
+  std::vector<int> leaves(mesh.face_count());
+  const std::vector<std::uint32_t>& words = hierarchy.triangles;
+  for (std::size_t at = 0; at < words.size() && words[at] != 0;) {
+    const std::size_t vertices = words[at] % MESH_LEAF_COUNT, count = words[at] / MESH_LEAF_COUNT;
+    const std::size_t first = at + 1 + count + 3 * vertices;
+    for (std::size_t i = 0; i < count; i++) leaves[words[first + i]]++;
+    at = (first + count + MESH_LEAF_WORDS - 1) / MESH_LEAF_WORDS * MESH_LEAF_WORDS;
+  }
+  return leaves;
+}
+
+TEST(Mesh, SpatialSplitsPutATriangleIntoSeveralLeaves) {
+  const Mesh mesh = test::slanted_strips(600);
+  const std::vector<int> plain = leaves_of_faces(mesh, build_hierarchy(mesh, 1)),
+                         split = leaves_of_faces(mesh, build_hierarchy(mesh, 1, true));
+  EXPECT_TRUE(std::ranges::all_of(plain, [](int leaves) { return leaves == 1; }));
+  EXPECT_TRUE(std::ranges::all_of(split, [](int leaves) { return leaves >= 1; }));
+  EXPECT_GT(std::accumulate(split.begin(), split.end(), 0), 900);
 }
 
 // Polygons of as many corners as are taken: some that offer no ear for long.

@@ -29,7 +29,7 @@ constexpr std::size_t points_in_tile = 1 << 20;
 constexpr std::size_t slots_in_tile = 1 << 21;
 constexpr int capacity_of_all = 8;   // hits per ray to begin with
 constexpr int most_remembered = 64;  // hits per ray that the next batch is expected to have as well
-constexpr int rays_in_block = 16;    // counted and ordered by one work item
+constexpr int rays_in_block = 16;    // counted by one work item
 constexpr int tile_rows = 4;         // rows of pixels that kernels take together
 
 struct BlockSum {

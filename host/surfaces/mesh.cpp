@@ -24,9 +24,10 @@ class ResidentMesh final : public ResidentSurface {
  public:
   ResidentMesh(const MeshSurface& surface, Executor& executor, const PrepareOptions& options)
       : executor_(executor), mesh_(surface.mesh), unit_(mesh_unit(surface.mesh)) {
-    const MeshHierarchy hierarchy = build_hierarchy(surface.mesh, unit_, options.progress);
+    const MeshHierarchy hierarchy = build_hierarchy(surface.mesh, unit_, surface.spatial_splits, options.progress);
     modules_["surface"] = embedded_core("mesh.inc");
     defines_["MESH_STACK"] = fmt::format("{}", std::max(64u, std::bit_ceil(unsigned(hierarchy.stack))));
+    defines_["MESH_SPLITS"] = surface.spatial_splits ? "1" : "0";
     upload(executor, hierarchy.nodes, nodes_, "hierarchy of a mesh");
     upload(executor, hierarchy.triangles, triangles_, "triangles of a mesh");
     upload_corners(executor, surface.mesh);

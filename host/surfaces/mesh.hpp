@@ -11,7 +11,8 @@ namespace smurf {
 
 class MeshSurface : public SurfaceModel {
  public:
-  MeshSurface(const Mesh& mesh, MeshNormals normals) : mesh(mesh), normals(normals) {}
+  MeshSurface(const Mesh& mesh, MeshNormals normals, bool spatial_splits)
+      : mesh(mesh), normals(normals), spatial_splits(spatial_splits) {}
   std::string_view kind() const override { return "mesh"; }
   Bounds bounds() const override { return {glm::dvec3(mesh.lower()), glm::dvec3(mesh.upper())}; }
   std::uint32_t properties() const override;
@@ -22,6 +23,7 @@ class MeshSurface : public SurfaceModel {
 
   const Mesh mesh;
   const MeshNormals normals;
+  const bool spatial_splits;
 };
 
 }  // namespace smurf

@@ -49,6 +49,16 @@ std::string manifold_text(const MeshTopology& t) {
       count_text(t.non_manifold_vertices, "vertex where fans meet", "vertices where fans meet"));
 }
 
+// False where it is not given.
+bool flag(const json& root, const std::string& name) {
+  const auto member = root.find(name);
+  if (member == root.end()) return false;
+  if (!member->is_boolean())
+    throw Error(ErrorCode::input,
+                fmt::format("member \"{}\" must be true or false, not {}", name, description::shown(*member)));
+  return member->get<bool>();
+}
+
 MeshNormals normals_named(const std::string& name) {
   if (name == "face") return MeshNormals::face;
   if (name == "interpolated") return MeshNormals::interpolated;
@@ -69,27 +79,24 @@ std::vector<Fact> MeshSurface::facts() const {
           {"components", fmt::format("{}", t.components)},
           {"area", fmt::format("{:g}", t.area)},
           {"repairs", repairs_text(mesh.repairs())},
-          {"normals", normals == MeshNormals::face ? "face" : "interpolated"}};
+          {"normals", normals == MeshNormals::face ? "face" : "interpolated"},
+          {"spatial splits", spatial_splits ? "yes" : "no"}};
 }
 
-Surface mesh_surface(const Mesh& mesh, MeshNormals normals) {
-  return Surface(std::make_shared<const MeshSurface>(mesh, normals));
+Surface mesh_surface(const Mesh& mesh, MeshNormals normals, bool spatial_splits) {
+  return Surface(std::make_shared<const MeshSurface>(mesh, normals, spatial_splits));
 }
 
 std::shared_ptr<const SurfaceModel> read_mesh(const json& root, const std::filesystem::path& folder) {
-  description::only_members(root, "", {"kind", "file", "weld", "normals"});
+  description::only_members(root, "", {"kind", "file", "weld", "normals", "spatial_splits"});
   MeshOptions options;
-  if (const auto weld = root.find("weld"); weld != root.end()) {
-    if (!weld->is_boolean())
-      throw Error(ErrorCode::input,
-                  fmt::format("member \"weld\" must be true or false, not {}", description::shown(*weld)));
-    options.weld = weld->get<bool>();
-  }
+  options.weld = flag(root, "weld");
+  const bool spatial_splits = flag(root, "spatial_splits");
   const MeshNormals normals =
       root.contains("normals") ? normals_named(description::text_member(root, "", "normals")) : MeshNormals::face;
   const std::string file = description::text_member(root, "", "file");
   try {
-    return mesh_surface(load_mesh(folder / file, options), normals).share();
+    return mesh_surface(load_mesh(folder / file, options), normals, spatial_splits).share();
   } catch (const Error& error) {
     throw Error(error.code(), fmt::format("member \"file\": {}", error.what()));
   }

@@ -23,6 +23,7 @@ namespace {
 // where the builder would make half of its leaves of one triangle, and rays with all hits are faster by a tenth.
 constexpr unsigned kFewestToSplit = 16;
 constexpr float kTriangleCost = 0.05f;  // of a node's
+constexpr std::size_t kMostParts = 4;   // of a triangle in the mean, where they are split
 
 struct Box {
   glm::vec3 lower, upper;
@@ -69,13 +70,10 @@ class Report {
   using Call = std::function<void(std::size_t done, std::size_t total)>;
   Report(const Call& call, std::size_t total) : call_(call), total_(total) {}
 
-  // False ends the work.
-  static bool on(void* self, double part) { return static_cast<Report*>(self)->tell(part); }
   void rethrow() const {
     if (thrown_) std::rethrow_exception(thrown_);
   }
-
- private:
+  // False ends the work.
   bool tell(double part) {
     const std::lock_guard lock(mutex_);
     if (thrown_) return false;
@@ -88,12 +86,64 @@ class Report {
     return !thrown_;
   }
 
+ private:
   const Call& call_;
   const std::size_t total_;
   std::mutex mutex_;
   std::size_t done_ = 0;
   std::exception_ptr thrown_;
 };
+
+// What Embree's calls get to know.
+struct Build {
+  const Mesh& mesh;
+  const float unit;
+  Report report;
+};
+
+// The parts of a primitive, a triangle or what earlier splits left of it, on both sides of a plane. Boxes hold all of the triangle that lies in them: where
+// its edges cross the plane is told in double, and rounded outwards by more than that errs.
+void split(const RTCBuildPrimitive* primitive, unsigned axis, float at, RTCBounds* left, RTCBounds* right, void* user) {
+  const Build& build = *static_cast<const Build*>(user);
+  const glm::uvec3 face = build.mesh.faces()[primitive->primID];
+  std::array<glm::dvec3, 3> corners;
+  for (int k = 0; k < 3; k++) corners[std::size_t(k)] = glm::dvec3(build.unit * build.mesh.vertices()[face[k]]);
+  const glm::vec3 lower(primitive->lower_x, primitive->lower_y, primitive->lower_z),
+      upper(primitive->upper_x, primitive->upper_y, primitive->upper_z);
+  glm::dvec3 least[2], most[2];
+  for (const int side : {0, 1}) {
+    least[side] = glm::dvec3(std::numeric_limits<double>::max());
+    most[side] = -least[side];
+  }
+  const auto add = [&](int side, const glm::dvec3& p) {
+    least[side] = glm::min(least[side], p);
+    most[side] = glm::max(most[side], p);
+  };
+  const int a = int(axis);
+  for (std::size_t k = 0; k < 3; k++) {
+    const glm::dvec3 &from = corners[k], &to = corners[(k + 1) % 3];
+    if (from[a] <= double(at)) add(0, from);
+    if (from[a] >= double(at)) add(1, from);
+    if ((from[a] < double(at) && to[a] > double(at)) || (from[a] > double(at) && to[a] < double(at))) {
+      glm::dvec3 p = from + (to - from) * ((double(at) - from[a]) / (to[a] - from[a]));
+      p[a] = double(at);
+      add(0, p);
+      add(1, p);
+    }
+  }
+  for (const int side : {0, 1}) {
+    glm::vec3 low, high;
+    for (int k = 0; k < 3; k++) {
+      // From float's neighbours on either side: double errs by far less.
+      low[k] = std::max(lower[k], std::nextafter(float(least[side][k]), -std::numeric_limits<float>::max()));
+      high[k] = std::min(upper[k], std::nextafter(float(most[side][k]), std::numeric_limits<float>::max()));
+    }
+    (side == 0 ? high : low)[a] = at;
+    RTCBounds& to = side == 0 ? *left : *right;
+    to.lower_x = low.x, to.lower_y = low.y, to.lower_z = low.z;
+    to.upper_x = high.x, to.upper_y = high.y, to.upper_z = high.z;
+  }
+}
 
 struct DeviceRelease {
   void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
@@ -199,17 +249,20 @@ float largest(const glm::vec3& v) { return std::max({std::abs(v.x), std::abs(v.y
 
 }  // namespace
 
-MeshHierarchy build_hierarchy(const Mesh& mesh, float unit, const Report::Call& progress) {
+MeshHierarchy build_hierarchy(const Mesh& mesh, float unit, bool spatial_splits, const Report::Call& progress) {
   // A leaf takes no more than MESH_LEAF_WORDS for each of its triangles.
   constexpr std::size_t most = (std::size_t(1) << 31) / MESH_LEAF_WORDS - 1;
-  if (mesh.face_count() > most)
+  if (mesh.face_count() > most / (spatial_splits ? kMostParts : 1))
     throw Error(ErrorCode::memory,
                 fmt::format("the mesh has {} triangles; kernels can number {}", mesh.face_count(), most));
   const std::unique_ptr<RTCDeviceTy, DeviceRelease> device(rtcNewDevice(nullptr));
   if (!device) throw Error(ErrorCode::device, "Embree, which builds hierarchies, could not be started");
   const std::unique_ptr<RTCBVHTy, HierarchyRelease> bvh(rtcNewBVH(device.get()));
 
-  std::vector<RTCBuildPrimitive> primitives(mesh.face_count());
+  // Room for what splits add: the builder splits no more than it has room for.
+  std::vector<RTCBuildPrimitive> primitives;
+  primitives.reserve(mesh.face_count() * (spatial_splits ? kMostParts : 1));
+  primitives.resize(mesh.face_count());
   Box bounds{glm::vec3(std::numeric_limits<float>::max()), glm::vec3(std::numeric_limits<float>::lowest())};
   for (std::size_t i = 0; i < primitives.size(); i++) {
     const glm::uvec3 f = mesh.faces()[i];
@@ -231,16 +284,21 @@ MeshHierarchy build_hierarchy(const Mesh& mesh, float unit, const Report::Call& 
   arguments.bvh = bvh.get();
   arguments.primitives = primitives.data();
   arguments.primitiveCount = primitives.size();
-  arguments.primitiveArrayCapacity = primitives.size();
+  arguments.primitiveArrayCapacity = primitives.capacity();
   arguments.createNode = create_node;
   arguments.setNodeChildren = set_children;
   arguments.setNodeBounds = set_bounds;
   arguments.createLeaf = create_leaf;
-  Report report(progress, primitives.size());
-  if (progress) arguments.buildProgress = Report::on;
-  arguments.userPtr = &report;
+  if (spatial_splits) {
+    arguments.buildQuality = RTC_BUILD_QUALITY_HIGH;
+    arguments.splitPrimitive = split;
+  }
+  Build build{mesh, unit, {progress, mesh.face_count()}};
+  if (progress)
+    arguments.buildProgress = [](void* user, double part) { return static_cast<Build*>(user)->report.tell(part); };
+  arguments.userPtr = &build;
   const auto* root = static_cast<const BuildNode*>(rtcBuildBVH(&arguments));
-  report.rethrow();
+  build.report.rethrow();
   if (!root)
     throw Error(ErrorCode::memory, fmt::format("Embree could not build a hierarchy over {} triangles (its error {})",
                                                mesh.face_count(), int(rtcGetDeviceError(device.get()))));

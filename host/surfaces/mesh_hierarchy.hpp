@@ -19,7 +19,7 @@ struct MeshHierarchy {
 
 // Of the mesh with its coordinates times `unit`, a power of two. Calls `progress` with the triangles that are done and all of them, one call at a time, from any thread; what it throws ends the
 // work, and leaves. Throws Error (memory) when the mesh has more triangles than kernels can number.
-MeshHierarchy build_hierarchy(const Mesh& mesh, float unit,
+MeshHierarchy build_hierarchy(const Mesh& mesh, float unit, bool spatial_splits = false,
                               const std::function<void(std::size_t done, std::size_t total)>& progress = {});
 
 }  // namespace smurf

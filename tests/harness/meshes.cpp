@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <random>
 #include <vector>
 
 namespace smurf::test {
@@ -33,6 +34,20 @@ Mesh torus_mesh(double great, double small, std::uint32_t around, std::uint32_t 
       const std::uint32_t i1 = (i + 1) % around, j1 = (j + 1) % across;
       add_quadrilateral(faces, i * across + j, i1 * across + j, i1 * across + j1, i * across + j1);
     }
+  }
+  return make_mesh(vertices, faces);
+}
+
+Mesh slanted_strips(std::uint32_t count) {
+  std::mt19937 random(8);
+  std::uniform_real_distribution<float> uniform(0, 1);
+  std::vector<glm::vec3> vertices;
+  std::vector<glm::uvec3> faces;
+  for (std::uint32_t i = 0; i < count; i++) {
+    const glm::vec3 from = {2 * uniform(random), uniform(random), uniform(random)};
+    const glm::vec3 along = {1 + 0.2f * uniform(random), 1, 1 + 0.2f * uniform(random)};
+    vertices.insert(vertices.end(), {from, from + glm::vec3(0.003f, 0, 0), from + along});
+    faces.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
   }
   return make_mesh(vertices, faces);
 }

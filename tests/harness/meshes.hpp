@@ -17,6 +17,9 @@ Mesh cylinder_mesh(double radius, double height, std::uint32_t around, std::uint
 // The axis-aligned box of `cells`³ · 6 quadrilaterals from `lower` to `upper`; outward.
 Mesh box_mesh(const glm::vec3& lower, const glm::vec3& upper, std::uint32_t cells);
 
+// Triangles as long as they are many times wide, along the diagonals of cubes: boxes around them hold little of them.
+Mesh slanted_strips(std::uint32_t count);
+
 // What a surface is like at a point of it; normals outwards.
 struct MeshTruth {
   glm::dvec3 normal;
