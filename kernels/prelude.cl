@@ -350,23 +350,20 @@ FN void store_fours(Buffer b, int start, integer i, word v) {
 #define load_lane_integers(b, start) JOIN(vload, LANES)(0, (__global int*)(b) + (start))
 #endif
 
-// Reals of a row, load_real(b, start + i): of one that has no more than PICK_FEW, of one that has no more than twice as many, and of any. Short rows are
-// read as whole vectors, beyond their ends.
+// Reals of a row, load_real(b, start + i), of one that has no more than PICK_FEW, and of one that has no more than twice as many: read as whole
+// vectors, beyond its end.
 #if LANES == 16 && defined(__AVX512F__) && HAS_BUILTIN(__builtin_ia32_permvarsf512) && HAS_BUILTIN(__builtin_ia32_vpermi2varps512)
 #define PICK_FEW 16
 #define pick_few(b, start, i) __builtin_ia32_permvarsf512(load_lanes(b, start), i)
 #define pick_some(b, start, i) __builtin_ia32_vpermi2varps512(load_lanes(b, start), i, load_lanes(b, (start) + 16))
-#define pick(b, start, i) load_real(b, (start) + (i))
 #elif LANES == 8 && defined(__AVX2__) && HAS_BUILTIN(__builtin_ia32_permvarsf256)
 #define PICK_FEW 8
 #define pick_few(b, start, i) __builtin_ia32_permvarsf256(load_lanes(b, start), i)
 #define pick_some(b, start, i) load_real(b, (start) + (i))
-#define pick(b, start, i) load_real(b, (start) + (i))
 #else
 #define PICK_FEW 0
 #define pick_few(b, start, i) load_real(b, (start) + (i))
 #define pick_some(b, start, i) load_real(b, (start) + (i))
-#define pick(b, start, i) load_real(b, (start) + (i))
 #endif
 
 // Stores the lanes in m.

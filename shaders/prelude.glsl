@@ -116,7 +116,6 @@ Row load_row(Buffer b, int start, integer i) {
 #define PICK_FEW 0
 #define pick_few(b, start, i) load_real(b, (start) + (i))
 #define pick_some(b, start, i) load_real(b, (start) + (i))
-#define pick(b, start, i) load_real(b, (start) + (i))
 
 // Stores the lanes in m.
 void store_word(Buffer b, integer i, word v, mask m) {

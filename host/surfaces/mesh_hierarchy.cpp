@@ -132,8 +132,10 @@ void split(const RTCBuildPrimitive* primitive, unsigned axis, float at, RTCBound
     }
   }
   for (const int side : {0, 1}) {
-    glm::vec3 low, high;
-    for (int k = 0; k < 3; k++) {
+    glm::vec3 low = lower, high = upper;
+    // Boxes are a little wider than triangles: a plane that passes beside the triangle leaves nothing on one side, where the box is kept.
+    const bool some = least[side].x <= most[side].x;
+    for (int k = 0; some && k < 3; k++) {
       // From float's neighbours on either side: double errs by far less.
       low[k] = std::max(lower[k], std::nextafter(float(least[side][k]), -std::numeric_limits<float>::max()));
       high[k] = std::min(upper[k], std::nextafter(float(most[side][k]), std::numeric_limits<float>::max()));

@@ -81,7 +81,7 @@ enum class MeshNormals { face, interpolated };
 // the surface passes from one side of it to the other, and twice or not at all at a silhouette; a triangle that lies along a ray is not hit.
 // With `spatial_splits` the hierarchy over the triangles may keep one in several leaves, for as much of it as lies there (Stich, Friedrich,
 // Dietrich 2009). Hits are the same; rays meet fewer triangles that are long, thin and aslant (of 20,000 such strips a third of the time was
-// left), building takes about 20 times as long, there are up to four times as many leaves, and rays of hundreds of hits take longer.
+// left), building takes 20 to 80 times as long, there are up to four times as many leaves, and rays of hundreds of hits take longer.
 Surface mesh_surface(const Mesh& mesh, MeshNormals normals = MeshNormals::face, bool spatial_splits = false);
 
 // What samples keep of a surface that is given by an expression: isosurface(volume, isovalue) stands where that surface
