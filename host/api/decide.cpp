@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <functional>
+#include <iterator>
 #include <limits>
 
 #include "parallel.hpp"
@@ -44,6 +47,24 @@ void each_ray(std::size_t count, const std::function<void(std::size_t)>& task) {
 }
 
 bool is_flagged(HitStatus status) { return status == HitStatus::tangent || status == HitStatus::unresolved; }
+
+// Rows that move together.
+struct Stretch {
+  std::size_t from, to, count;
+};
+
+// Moves stretches, which stand in order and do not overlap, neither before nor after. Those that move down go first, from the first one on, and
+// then, from the last one on, those that move up: so none falls on rows that have yet to move.
+template <class T>
+void move_rows(const std::vector<Stretch>& stretches, T* rows) {
+  const auto move = [&](const Stretch& s) { std::memmove(rows + s.to, rows + s.from, s.count * sizeof(T)); };
+  for (const Stretch& s : stretches) {
+    if (s.to < s.from) move(s);
+  }
+  for (auto s = stretches.rbegin(); s != stretches.rend(); ++s) {
+    if (s->to > s->from) move(*s);
+  }
+}
 
 }  // namespace
 
@@ -141,68 +162,58 @@ void HitDecision::cast_again(const RootDecider& decider, const Bounds& bounds, c
   }
 }
 
-// Puts the changed rays' hits in place of those that they had.
+// Puts the changed rays' hits in place of those that they had. The rows in between stay in the list's memory: they only move up or down by what
+// the rays before them have lost or won.
 void HitDecision::write(const std::vector<RayHits>& changed, const RayBatch& rays, HitList& hits) {
-  const auto had = [&](std::size_t ray) { return std::size_t(hits.offsets_[ray + 1] - hits.offsets_[ray]); };
-  const auto put = [&](HitList& to, std::size_t at, std::size_t ray_index, const Hit& hit) {
-    const Ray ray = rays[ray_index];
-    to.rays_[at] = std::uint32_t(ray_index);
-    to.t_[at] = hit.t;
-    to.uncertainty_[at] = hit.uncertainty;
-    to.status_[at] = hit.status;
-    to.locations_[at] = glm::vec3(glm::dvec3(ray.origin) + double(hit.t) * glm::dvec3(ray.direction));
-  };
-  if (std::ranges::all_of(changed, [&](const RayHits& r) { return r.hits.size() == had(r.ray); })) {
-    for (const RayHits& r : changed) {
-      for (std::size_t i = 0; i < r.hits.size(); i++) put(hits, hits.offsets_[r.ray] + i, r.ray, r.hits[i]);
-    }
-    return;
-  }
-  std::size_t total = hits.size();
-  for (const RayHits& r : changed) total = total + r.hits.size() - had(r.ray);
-  HitList all;
-  all.rays_.resize(total);
-  all.t_.resize(total);
-  all.uncertainty_.resize(total);
-  all.status_.resize(total);
-  all.locations_.resize(total);
-  std::size_t from = 0, to = 0;
+  const std::size_t rows = hits.size();
+  std::vector<Stretch> stretches;      // between the changed rays, where rows move at all
+  std::vector<std::size_t> first_row;  // of each changed ray
+  std::vector<std::uint64_t> won;      // by the rays up to each changed one, and it; wraps around where they have lost
+  std::uint64_t moved = 0;
+  std::size_t from = 0;
   const auto keep = [&](std::size_t end) {
-    const auto copy = [&](const auto& source, auto& target) {
-      std::copy_n(source.begin() + std::ptrdiff_t(from), end - from, target.begin() + std::ptrdiff_t(to));
-    };
-    copy(hits.rays_, all.rays_);
-    copy(hits.t_, all.t_);
-    copy(hits.uncertainty_, all.uncertainty_);
-    copy(hits.status_, all.status_);
-    copy(hits.locations_, all.locations_);
-    to += end - from;
-    from = end;
+    if (moved != 0 && end > from) stretches.push_back({from, std::size_t(from + moved), end - from});
   };
   for (const RayHits& r : changed) {
     keep(hits.offsets_[r.ray]);
+    first_row.push_back(std::size_t(hits.offsets_[r.ray] + moved));
     from = hits.offsets_[r.ray + 1];
-    for (const Hit& hit : r.hits) put(all, to++, r.ray, hit);
+    moved += r.hits.size() - (hits.offsets_[r.ray + 1] - hits.offsets_[r.ray]);
+    won.push_back(moved);
   }
-  keep(hits.size());
-  // Each ray's end moves by what the rays up to it have won or lost.
-  std::size_t next = 0;
-  std::uint64_t moved = 0;
-  for (std::size_t ray = changed.front().ray; ray + 1 < hits.offsets_.size(); ray++) {
-    const std::uint64_t end = hits.offsets_[ray + 1];
-    if (next < changed.size() && changed[next].ray == ray) {
-      // had() must see the old ends.
-      const std::uint64_t begin = hits.offsets_[ray] - moved;
-      moved += changed[next].hits.size() - (end - begin);
-      next++;
+  keep(rows);
+  const auto total = std::size_t(rows + moved);
+
+  const auto move_column = [&](auto& column) {
+    column.resize(std::max(rows, total));
+    move_rows(stretches, column.data());
+    column.resize(total);
+  };
+  const auto move_offsets = [&] {
+    for (std::size_t i = 0; i < changed.size(); i++) {
+      const std::size_t end = i + 1 < changed.size() ? changed[i + 1].ray : hits.offsets_.size() - 1;
+      for (std::size_t ray = changed[i].ray + 1; ray <= end; ray++) hits.offsets_[ray] += won[i];
     }
-    hits.offsets_[ray + 1] = end + moved;
+  };
+  const std::function<void()> columns[] = {[&] { move_column(hits.locations_); },   move_offsets,
+                                           [&] { move_column(hits.rays_); },        [&] { move_column(hits.t_); },
+                                           [&] { move_column(hits.uncertainty_); }, [&] { move_column(hits.status_); }};
+  if (std::ranges::any_of(won, [](std::uint64_t w) { return w != 0; }))
+    parallel_for(std::size(columns), [&](std::size_t i) { columns[i](); });
+
+  for (std::size_t i = 0; i < changed.size(); i++) {
+    const std::size_t ray_index = changed[i].ray;
+    const Ray ray = rays[ray_index];
+    std::size_t row = first_row[i];
+    for (const Hit& hit : changed[i].hits) {
+      hits.rays_[row] = std::uint32_t(ray_index);
+      hits.t_[row] = hit.t;
+      hits.uncertainty_[row] = hit.uncertainty;
+      hits.status_[row] = hit.status;
+      hits.locations_[row] = glm::vec3(glm::dvec3(ray.origin) + double(hit.t) * glm::dvec3(ray.direction));
+      row++;
+    }
   }
-  hits.rays_.swap(all.rays_);
-  hits.t_.swap(all.t_);
-  hits.uncertainty_.swap(all.uncertainty_);
-  hits.status_.swap(all.status_);
-  hits.locations_.swap(all.locations_);
 }
 
 }  // namespace smurf

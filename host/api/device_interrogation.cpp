@@ -29,7 +29,7 @@ constexpr std::size_t points_in_tile = 1 << 20;
 constexpr std::size_t slots_in_tile = 1 << 21;
 constexpr int capacity_of_all = 8;   // hits per ray to begin with
 constexpr int most_remembered = 64;  // hits per ray that the next batch is expected to have as well
-constexpr int rays_in_block = 16;    // counted by one work item
+constexpr double spare_rows = 1.05;  // how much more room there is than is expected to be needed
 constexpr int tile_rows = 4;         // rows of pixels that kernels take together
 
 struct BlockSum {
@@ -76,6 +76,7 @@ class DeviceInterrogation final : public Interrogation {
       : device_(device),
         executor_(device_.executor()),
         model_(model),
+        rays_in_block_(block_of(executor_.info().lanes)),
         surface_(model->reside(executor_, options)),
         coordinates_(model->has_coordinates()) {
     compile();
@@ -83,6 +84,7 @@ class DeviceInterrogation final : public Interrogation {
 
   void cast(const RayBatch& rays, const CastOptions& options, HitList& hits) override {
     find(rays, options, hits);
+    if (rays.size() > 0) rows_per_ray_ = double(hits.size()) / double(rays.size());
     HitDecision::decide(
         *model_, rays, options.hits,
         [&](const RayBatch& rest, HitList& found) { find(rest, {.hits = Hits::first, .tile = options.tile}, found); },
@@ -99,25 +101,42 @@ class DeviceInterrogation final : public Interrogation {
     upload_shared(rays);
     hits.offsets_.assign(1, 0);
     hits.offsets_.reserve(rays.size() + 1);
-    std::size_t first = 0;
-    while (first < rays.size()) {
-      Tile tile = next_tile(rays, first, options, capacity);
+    // While the rows of one tile are written, the search in the next one is already queued: threads that wait for the host are idle.
+    std::optional<TileRows> writing;
+    Tile tile{};
+    const auto search = [&](std::size_t first) {
+      tile = next_tile(rays, first, options, capacity);
       upload_tile(rays, tile);
       find_hits(tile, capacity, first_only);
-      const std::vector<BlockSum> blocks = sum_blocks(tile);
+      count_blocks(tile);
+    };
+    const auto take_rows = [&] {
+      if (!writing) return;
+      finish(*writing, hits);
+      const std::size_t done = writing->tile.first + writing->tile.count;
+      writing.reset();
+      if (options.progress) options.progress(done, rays.size());
+    };
+    if (rays.size() > 0) search(0);
+    while (tile.count > 0) {
+      const std::vector<BlockSum> blocks = read_blocks(tile);
+      take_rows();
       if (options.bad_rays == BadRays::error) refuse_invalid(rays, blocks, tile);
       require_whole(blocks, tile);
       const int most =
           std::max_element(blocks.begin(), blocks.end(), [](auto& a, auto& b) { return a.most < b.most; })->most;
       if (most > capacity && !first_only) {
         capacity = int(std::bit_ceil(unsigned(most)));
+        search(tile.first);
         continue;
       }
       if (!first_only) hits_seen_ = std::max({hits_seen_, most, 1});
-      order_rows(blocks, tile, rays.size(), capacity, hits);
-      first += tile.count;
-      if (options.progress) options.progress(first, rays.size());
+      order_rows(blocks, most, tile, rays.size(), capacity, hits, writing);
+      const std::size_t next = tile.first + tile.count;
+      tile.count = 0;
+      if (next < rays.size()) search(next);
     }
+    take_rows();
     shared_rays_.reset();
   }
 
@@ -180,6 +199,10 @@ class DeviceInterrogation final : public Interrogation {
     std::size_t offset, stride;
     int image_width;
   };
+
+  // Rays that one work item counts. The host adds up the blocks while the device waits, and each work item that writes rows adds up the
+  // rays before its own in their block, which takes little where it has many lanes.
+  static int block_of(int lanes) { return lanes > 1 ? 8 * lanes : 16; }
 
   void compile() {
     const auto program = [&](KernelId kernel, const char* curvature) {
@@ -273,13 +296,20 @@ class DeviceInterrogation final : public Interrogation {
            tile.count);
   }
 
-  std::vector<BlockSum> sum_blocks(const Tile& tile) {
-    std::vector<BlockSum> sums((tile.count + rays_in_block - 1) / rays_in_block);
-    ensure(blocks_, sums.size(), "block sums");
+  std::size_t blocks_of(const Tile& tile) const {
+    return (tile.count + std::size_t(rays_in_block_) - 1) / std::size_t(rays_in_block_);
+  }
+
+  void count_blocks(const Tile& tile) {
+    ensure(blocks_, blocks_of(tile), "block sums");
     launch(executor_, count_blocks_,
            arguments::count_blocks{
-               .counts = counts_.get(), .blocks = blocks_.get(), .count = int(tile.count), .block = rays_in_block},
-           sums.size());
+               .counts = counts_.get(), .blocks = blocks_.get(), .count = int(tile.count), .block = rays_in_block_},
+           blocks_of(tile));
+  }
+
+  std::vector<BlockSum> read_blocks(const Tile& tile) const {
+    std::vector<BlockSum> sums(blocks_of(tile));
     blocks_.read(sums);
     return sums;
   }
@@ -293,10 +323,10 @@ class DeviceInterrogation final : public Interrogation {
   }
 
   // The same of rows, which only long ones can suffer (kernels/core/order.inc).
-  void require_rows(const std::vector<BlockSum>& blocks, const Tile& tile, const HitList& hits) const {
+  void require_rows(int most, const Tile& tile, const HitList& hits) const {
     constexpr int long_row = 12;
     constexpr auto is_cut = RayStatus(2);
-    if (std::ranges::none_of(blocks, [](const BlockSum& block) { return block.most > long_row; })) return;
+    if (most <= long_row) return;
     const auto begin = hits.ray_status_.begin() + std::ptrdiff_t(tile.first);
     const auto found = std::find(begin, begin + std::ptrdiff_t(tile.count), is_cut);
     if (found != begin + std::ptrdiff_t(tile.count)) throw cut(tile.first + std::size_t(found - begin));
@@ -325,9 +355,24 @@ class DeviceInterrogation final : public Interrogation {
     }
   }
 
-  // Appends the tile's hits, and its rays, to the list, in which there will be `ray_count` rays.
-  void order_rows(const std::vector<BlockSum>& blocks, const Tile& tile, std::size_t ray_count, int capacity,
-                  HitList& hits) {
+  // The rows of a tile while the device writes them.
+  struct TileRows {
+    Tile tile;
+    int most;  // hits of one ray
+    std::vector<std::uint32_t> starts;
+    std::unique_ptr<DeviceBuffer> block_offsets;
+    Rows<std::uint64_t> offsets;
+    Rows<RayStatus> ray_status;
+    Rows<std::uint32_t> rays;
+    Rows<float> t, uncertainty;
+    Rows<HitStatus> status;
+    Rows<glm::vec3> locations;
+    std::optional<Rows<SurfaceCoordinates>> coordinates;
+  };
+
+  // Appends the tile's hits, and its rays, to the list, in which there will be `ray_count` rays: they stand there after finish().
+  void order_rows(const std::vector<BlockSum>& blocks, int most, const Tile& tile, std::size_t ray_count, int capacity,
+                  HitList& hits, std::optional<TileRows>& rows) {
     std::vector<std::uint32_t> starts(blocks.size());
     std::size_t count = 0;
     for (std::size_t i = 0; i < blocks.size(); i++) {
@@ -335,51 +380,56 @@ class DeviceInterrogation final : public Interrogation {
       count += std::size_t(blocks[i].hits);
     }
     const std::uint64_t before = hits.rays_.size();
-    ensure(starts_, starts.size(), "block offsets");
-    starts_.write(starts);
-    // The rest of the rays may have as many hits each.
-    const auto expected =
-        std::size_t(1.05 * double(hits.rays_.size() + count) / double(tile.first + tile.count) * double(ray_count));
-    Rows offsets(executor_, ray_offsets_, hits.offsets_, tile.count, ray_count + 1, "rays");
-    Rows ray_status(executor_, ray_status_, hits.ray_status_, tile.count, ray_count, "rays");
-    Rows rays(executor_, row_rays_, hits.rays_, count, expected, "hit rows");
-    Rows t(executor_, row_t_, hits.t_, count, expected, "hit rows");
-    Rows uncertainty(executor_, row_uncertainty_, hits.uncertainty_, count, expected, "hit rows");
-    Rows status(executor_, row_status_, hits.status_, count, expected, "hit rows");
-    Rows locations(executor_, row_locations_, hits.locations_, count, expected, "hit rows");
-    std::optional<Rows<SurfaceCoordinates>> coordinates;
-    if (coordinates_) coordinates.emplace(executor_, row_coordinates_, hits.coordinates_, count, expected, "hit rows");
+    // The rest of the rays may have as many hits each as those so far, or as those of the last batch: longer columns have to be copied,
+    // while the device waits.
+    const double so_far = double(hits.rays_.size() + count) / double(tile.first + tile.count);
+    const auto expected = std::size_t(spare_rows * std::max(so_far, rows_per_ray_) * double(ray_count));
+    auto block_offsets = share(std::span<const std::uint32_t>(starts), "block offsets");
+    rows.emplace(TileRows{tile, most, std::move(starts), std::move(block_offsets),
+                          Rows(executor_, ray_offsets_, hits.offsets_, tile.count, ray_count + 1, "rays"),
+                          Rows(executor_, ray_status_, hits.ray_status_, tile.count, ray_count, "rays"),
+                          Rows(executor_, row_rays_, hits.rays_, count, expected, "hit rows"),
+                          Rows(executor_, row_t_, hits.t_, count, expected, "hit rows"),
+                          Rows(executor_, row_uncertainty_, hits.uncertainty_, count, expected, "hit rows"),
+                          Rows(executor_, row_status_, hits.status_, count, expected, "hit rows"),
+                          Rows(executor_, row_locations_, hits.locations_, count, expected, "hit rows"), std::nullopt});
+    if (coordinates_)
+      rows->coordinates.emplace(executor_, row_coordinates_, hits.coordinates_, count, expected, "hit rows");
     launch(executor_, order_rows_,
            arguments::order_rows{.rays = tile.rays,
                                  .counts = counts_.get(),
                                  .slots = slots_.get(),
-                                 .block_offsets = starts_.get(),
-                                 .row_rays = rays.buffer(),
-                                 .row_t = t.buffer(),
-                                 .row_uncertainty = uncertainty.buffer(),
-                                 .row_status = status.buffer(),
-                                 .row_locations = locations.buffer(),
-                                 .row_coordinates = coordinates ? coordinates->buffer() : nullptr,
-                                 .ray_offsets = offsets.buffer(),
-                                 .ray_status = ray_status.buffer(),
+                                 .block_offsets = rows->block_offsets.get(),
+                                 .row_rays = rows->rays.buffer(),
+                                 .row_t = rows->t.buffer(),
+                                 .row_uncertainty = rows->uncertainty.buffer(),
+                                 .row_status = rows->status.buffer(),
+                                 .row_locations = rows->locations.buffer(),
+                                 .row_coordinates = rows->coordinates ? rows->coordinates->buffer() : nullptr,
+                                 .ray_offsets = rows->offsets.buffer(),
+                                 .ray_status = rows->ray_status.buffer(),
                                  .first = int(tile.offset),
                                  .number = int(tile.first),
                                  .count = int(tile.count),
                                  .stride = int(tile.stride),
                                  .capacity = capacity,
-                                 .block = rays_in_block,
+                                 .block = rays_in_block_,
                                  .before_low = std::int32_t(std::uint32_t(before)),
                                  .before_high = std::int32_t(before >> 32)},
            tile.count);
-    offsets.finish();
-    ray_status.finish();
-    require_rows(blocks, tile, hits);
-    rays.finish();
-    t.finish();
-    uncertainty.finish();
-    status.finish();
-    locations.finish();
-    if (coordinates) coordinates->finish();
+  }
+
+  // Waits for the rows of a tile.
+  void finish(TileRows& rows, const HitList& hits) const {
+    rows.offsets.finish();
+    rows.ray_status.finish();
+    require_rows(rows.most, rows.tile, hits);
+    rows.rays.finish();
+    rows.t.finish();
+    rows.uncertainty.finish();
+    rows.status.finish();
+    rows.locations.finish();
+    if (rows.coordinates) rows.coordinates->finish();
   }
 
   struct PointBuffers {
@@ -463,9 +513,11 @@ class DeviceInterrogation final : public Interrogation {
   Device device_;
   Executor& executor_;
   std::shared_ptr<const SurfaceModel> model_;
+  const int rays_in_block_;
   std::unique_ptr<ResidentSurface> surface_;
-  bool coordinates_;   // hits have surface coordinates
-  int hits_seen_ = 0;  // most hits of a ray in batches of all hits; 0 before the first
+  bool coordinates_;         // hits have surface coordinates
+  int hits_seen_ = 0;        // most hits of a ray in batches of all hits; 0 before the first
+  double rows_per_ray_ = 0;  // of the last batch
   Program find_hits_, find_nearest_, measure_first_, measure_second_, order_rows_, count_blocks_;
 
   std::unique_ptr<DeviceBuffer> shared_rays_;
@@ -473,7 +525,6 @@ class DeviceInterrogation final : public Interrogation {
   TypedBuffer<std::int32_t> counts_;
   TypedBuffer<float> slots_;
   TypedBuffer<BlockSum> blocks_;
-  TypedBuffer<std::uint32_t> starts_;
   TypedBuffer<std::uint32_t> row_rays_;
   TypedBuffer<float> row_t_, row_uncertainty_;
   TypedBuffer<HitStatus> row_status_;

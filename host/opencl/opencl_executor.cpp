@@ -52,11 +52,6 @@ class OpenclBuffer final : public DeviceBuffer {
     if (budget_) *budget_ -= bytes();
     if (!queue_()) return;
     try {
-      if (results_) {
-        // Makes the memory the host's again (OpenCL 1.2, 5.4.3); nothing is copied where it never was elsewhere.
-        void* mapped = queue_.enqueueMapBuffer(buffer_, CL_TRUE, CL_MAP_READ, 0, bytes());
-        queue_.enqueueUnmapMemObject(buffer_, mapped);
-      }
       queue_.finish();
     } catch (const cl::Error&) {
       // A broken queue runs nothing any more, and the next call on the executor says so.

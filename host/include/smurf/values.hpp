@@ -27,10 +27,10 @@ struct ResultAllocator {
   ResultAllocator(const ResultAllocator<U>&) {}
   T* allocate(std::size_t count) { return static_cast<T*>(allocate_results(count * sizeof(T))); }
   void deallocate(T* memory, std::size_t) noexcept { free_results(memory); }
-  // Elements without an initial value stay as they are.
+  // Elements without an initial value stay as they are, also where their type has values of its own to begin with: a device writes them.
   template <class U>
-  void construct(U* at) noexcept(std::is_nothrow_default_constructible_v<U>) {
-    ::new (static_cast<void*>(at)) U;
+  void construct(U*) noexcept {
+    static_assert(std::is_trivially_copyable_v<U>);
   }
   template <class U, class... Arguments>
   void construct(U* at, Arguments&&... arguments) {
