@@ -46,8 +46,8 @@ class OpenclBuffer final : public DeviceBuffer {
     queue_ = std::move(queue);
   }
   // On the host's memory: once this is gone the caller may free or read that, so nothing may be running on it.
-  OpenclBuffer(cl::Buffer buffer, std::size_t bytes, cl::CommandQueue queue, bool results)
-      : DeviceBuffer(bytes), buffer_(std::move(buffer)), queue_(std::move(queue)), results_(results) {}
+  OpenclBuffer(cl::Buffer buffer, std::size_t bytes, cl::CommandQueue queue)
+      : DeviceBuffer(bytes), buffer_(std::move(buffer)), queue_(std::move(queue)) {}
   ~OpenclBuffer() override {
     if (budget_) *budget_ -= bytes();
     if (!queue_()) return;
@@ -67,7 +67,6 @@ class OpenclBuffer final : public DeviceBuffer {
   cl::Buffer buffer_;
   std::shared_ptr<std::atomic<std::size_t>> budget_;
   cl::CommandQueue queue_;
-  bool results_ = false;
 };
 
 const OpenclBuffer& own(const DeviceBuffer& buffer) {
@@ -166,7 +165,7 @@ void OpenclExecutor::require_memory(std::size_t bytes, bool counted, std::string
   }
 }
 
-// PoCL's kernels write the host's memory in place. Mesa 22.3's rusticl does not, and damages the heap beside it.
+// PoCL's kernels write the host's memory in place: once they have ended, mapping it (OpenCL 1.2, 5.4.3) would only wake threads. Mesa 22.3's rusticl does not, and damages the heap beside it.
 bool OpenclExecutor::writes_host_memory() const { return is_pocl_ && found_.info.shares_host_memory; }
 
 std::unique_ptr<DeviceBuffer> OpenclExecutor::allocate(std::size_t bytes, std::string_view purpose) {
@@ -197,7 +196,7 @@ std::unique_ptr<DeviceBuffer> OpenclExecutor::share(const void* host, std::size_
   return guarded(fmt::format("{} ({:.1f} MiB)", purpose, mebibytes(bytes)), [&]() -> std::unique_ptr<DeviceBuffer> {
     if (in_place) {
       return std::make_unique<OpenclBuffer>(cl::Buffer(context_, CL_MEM_READ_ONLY | CL_MEM_USE_HOST_PTR, bytes, memory),
-                                            bytes, queue_, false);
+                                            bytes, queue_);
     }
     return std::make_unique<OpenclBuffer>(cl::Buffer(context_, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, bytes, memory),
                                           bytes, bytes_in_use_);
@@ -209,7 +208,7 @@ std::unique_ptr<DeviceBuffer> OpenclExecutor::share_results(void* host, std::siz
   if (!words || !writes_host_memory()) return nullptr;
   return guarded(fmt::format("{} ({:.1f} MiB)", purpose, mebibytes(bytes)), [&]() -> std::unique_ptr<DeviceBuffer> {
     return std::make_unique<OpenclBuffer>(cl::Buffer(context_, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, bytes, host),
-                                          bytes, queue_, true);
+                                          bytes, queue_);
   });
 }
 
