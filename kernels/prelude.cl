@@ -341,13 +341,15 @@ FN void store_fours(Buffer b, int start, integer i, word v) {
 }
 #endif
 
-// LANES reals that follow each other.
+// LANES reals, or integers, that follow each other.
 #if LANES == 1
 #define load_lanes(b, start) as_float((b)[start])
 #define load_lane_integers(b, start) ((int)(b)[start])
+#define store_lane_integers(b, start, v) ((b)[start] = (uint)(v))
 #else
 #define load_lanes(b, start) JOIN(vload, LANES)(0, (__global float*)(b) + (start))
 #define load_lane_integers(b, start) JOIN(vload, LANES)(0, (__global int*)(b) + (start))
+#define store_lane_integers(b, start, v) JOIN(vstore, LANES)(v, 0, (__global int*)(b) + (start))
 #endif
 
 // Reals of a row, load_real(b, start + i), of one that has no more than PICK_FEW, and of one that has no more than twice as many: read as whole

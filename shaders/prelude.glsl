@@ -109,9 +109,10 @@ Row load_row(Buffer b, int start, integer i) {
 #define load_fours(b, start, i) load_real(b, (start) + (i))
 #define store_fours(b, start, i, v) ((b).words[(start) + (i)] = (v))
 
-// LANES reals that follow each other.
+// LANES reals, or integers, that follow each other.
 #define load_lanes(b, start) uintBitsToFloat((b).words[start])
 #define load_lane_integers(b, start) int((b).words[start])
+#define store_lane_integers(b, start, v) ((b).words[start] = uint(v))
 
 #define PICK_FEW 0
 #define pick_few(b, start, i) load_real(b, (start) + (i))

@@ -24,9 +24,10 @@ using std::uint64_t;
 constexpr std::size_t fewest_points = 12;   // a fit goes on beyond two rings until it has so many,
 constexpr std::size_t most_points = 64;     // and takes no more than these beyond the first ring
 constexpr std::size_t most_passed_on = 32;  // a vertex with more neighbours is the hub of a fan: it leads no further
-constexpr int most_copied = 12;             // neighbours of those whose fans are passed on as they stand
-constexpr std::size_t slices_in_task = 128;
-constexpr std::size_t header = 3 * MESH_SLICE;  // words of a slice before its entries
+constexpr std::size_t fewest_about = 4;     // neighbours of a vertex that passes on its fan
+constexpr std::size_t slices_in_task = 256;
+constexpr std::size_t faces_in_task = std::size_t(1) << 14;
+constexpr std::size_t most_tables = 8;  // of counts, one for each part of the faces
 
 void require_room(std::size_t words, const Mesh& mesh) {
   constexpr std::size_t most = (std::size_t(1) << 31) - 1;
@@ -37,36 +38,32 @@ void require_room(std::size_t words, const Mesh& mesh) {
                     mesh.vertex_count(), mesh.face_count(), words, most));
 }
 
-// The other two corners of a triangle, in order.
+// A triangle at one of its corners.
 struct Pair {
-  uint32_t from, to;
+  uint32_t from, to;  // the other two corners, in order
+  uint32_t link;      // where the triangle stands among those of `from`
 };
 
-// Those of all triangles, by vertex: counted, then filled in the order of faces.
+// The corners of a mesh by vertex (mesh_parameters.inc).
 class Pairs {
  public:
-  explicit Pairs(const Mesh& mesh) : first_(mesh.vertex_count() + 1), pairs_(3 * mesh.face_count()) {
-    // Where each row ends, then counted down to where it begins.
-    for (const glm::uvec3& face : mesh.faces()) first_[face.x]++, first_[face.y]++, first_[face.z]++;
-    std::partial_sum(first_.begin(), first_.end(), first_.begin());
-    const auto faces = mesh.faces();
-    for (std::size_t i = faces.size(); i-- > 0;) {
-      const glm::uvec3 f = faces[i];
-      pairs_[--first_[f.z]] = {f.x, f.y};
-      pairs_[--first_[f.y]] = {f.z, f.x};
-      pairs_[--first_[f.x]] = {f.y, f.z};
-    }
+  Pairs(std::span<const uint32_t> corners, std::size_t vertices)
+      : first_(corners.data()), triangles_(corners.data() + vertices + 1) {}
+  std::size_t size(uint32_t vertex) const { return first_[vertex + 1] - first_[vertex]; }
+  Pair at(uint32_t vertex, std::size_t i) const {
+    const uint32_t* words = triangles_ + 3 * (first_[vertex] + i);
+    return {words[0], words[1], words[2]};
   }
-  std::span<const Pair> operator[](uint32_t vertex) const {
-    return {pairs_.data() + first_[vertex], first_[vertex + 1] - first_[vertex]};
+  std::vector<Pair> operator[](uint32_t vertex) const { return first(vertex, size(vertex)); }
+  std::vector<Pair> first(uint32_t vertex, std::size_t count) const {
+    std::vector<Pair> pairs(count);
+    for (std::size_t i = 0; i < count; i++) pairs[i] = at(vertex, i);
+    return pairs;
   }
-  std::size_t first(uint32_t vertex) const { return first_[vertex]; }
-  // Says that it will be wanted where a row stands.
-  void ask_for_row(uint32_t vertex) const { __builtin_prefetch(&first_[vertex]); }
 
  private:
-  std::vector<uint32_t> first_;
-  Values<Pair> pairs_;
+  const uint32_t* first_;
+  const uint32_t* triangles_;
 };
 
 // Which numbers were met since it was last cleared.
@@ -101,6 +98,7 @@ struct Ring {
   std::size_t fan = 0, points = 0;  // where the fans end, and where the points of the fit begin
   int state = 0;                    // MESH_BOUNDARY + MESH_NO_CURVATURE
 
+  std::size_t rows() const { return MESH_RING_HEAD + entries.size(); }
   uint32_t number(std::size_t i) const { return std::min(entries[i], ~entries[i]); }
 };
 
@@ -154,146 +152,40 @@ FanKind chain_many(std::span<const Pair> around, uint32_t* entries) {
   return end == entries[0] ? FanKind::closed : FanKind::open;
 }
 
-// The fans of all vertices: for each as many neighbours as it has triangles, and one more.
-class Fans {
+// Rings of vertices, one at a time.
+class RingFinder {
  public:
-  Fans(const Mesh& mesh, const Pairs& pairs)
-      : pairs_(pairs),
-        kinds_(mesh.vertex_count()),
-        entries_(3 * mesh.face_count() + mesh.vertex_count() + std::size_t(2 * most_copied)) {
-    const std::size_t count = mesh.vertex_count();
-    parallel_for((count + step - 1) / step, [&](std::size_t task) {
-      for (std::size_t v = task * step; v < std::min((task + 1) * step, count); v++) find(uint32_t(v));
-    });
-  }
-  FanKind kind(uint32_t vertex) const { return kinds_[vertex]; }
-  std::span<const uint32_t> operator[](uint32_t vertex) const {
-    return {entries_.data() + pairs_.first(vertex) + vertex, pairs_[vertex].size() + 1};
-  }
-  void ask_for(uint32_t vertex) const {
-    __builtin_prefetch(entries_.data() + pairs_.first(vertex) + vertex);
-    __builtin_prefetch(&kinds_[vertex]);
-  }
+  RingFinder(const Mesh& mesh, const Pairs& pairs) : mesh_(mesh), pairs_(pairs) {}
 
- private:
-  static constexpr std::size_t step = 2048;
-
-  void find(uint32_t vertex) {
-    const std::span<const Pair> around = pairs_[vertex];
-    uint32_t* entries = entries_.data() + pairs_.first(vertex) + vertex;
-    FanKind kind = FanKind::irregular;
-    if (!around.empty()) kind = around.size() <= most_passed_on ? chain(around, entries) : chain_many(around, entries);
-    // An edge of more triangles is met again.
-    if (kind != FanKind::irregular) {
-      const std::size_t last = around.size() - (kind == FanKind::closed ? 1 : 0);
-      if (is_repeated({entries, last + 1})) kind = FanKind::irregular;
-    }
-    kinds_[vertex] = kind;
-  }
-
-  static bool is_repeated(std::span<const uint32_t> numbers) {
-    if (numbers.size() <= most_passed_on) {
-      bool found = false;
-      for (std::size_t i = 1; i < numbers.size(); i++) {
-        for (std::size_t k = 0; k < i; k++) found |= numbers[i] == numbers[k];
-      }
-      return found;
-    }
-    std::vector<uint32_t> sorted(numbers.begin(), numbers.end());
-    std::ranges::sort(sorted);
-    return std::ranges::adjacent_find(sorted) != sorted.end();
-  }
-
-  const Pairs& pairs_;
-  std::vector<FanKind> kinds_;
-  Values<uint32_t> entries_;
-};
-
-// Where `number` stands once among the first `length` of most_copied numbers.
-std::size_t place_in(const uint32_t* numbers, uint32_t length, uint32_t number) {
-  using Four = uint32_t __attribute__((vector_size(16)));
-  Four sum = {0, 0, 0, 0}, place = {0, 1, 2, 3};
-  for (int k = 0; k < most_copied; k += 4, place += 4) {
-    Four four;
-    std::memcpy(&four, numbers + k, sizeof four);
-    sum += Four(four == number) & Four(place < length) & place;
-  }
-  return sum[0] + sum[1] + sum[2] + sum[3];
-}
-
-// The rings of a slice's vertices.
-class Rings {
- public:
-  Rings(const Mesh& mesh, const Pairs& pairs, const Fans& fans) : mesh_(mesh), pairs_(pairs), fans_(fans) {}
-
-  // Those of the `count` vertices from `first` on. In step, because what vertices' neighbours lead to may stand anywhere in memory: it is asked
-  // for ahead, for the whole slice at once.
-  std::span<const Ring> find(uint32_t first, std::size_t count) {
-    for (std::size_t i = 0; i < count; i++) set_fan(first + uint32_t(i), rings_[i]);
-    for (std::size_t i = 0; i < count; i++) {
-      for (std::size_t k = rings_[i].points; k < rings_[i].entries.size(); k++) pairs_.ask_for_row(rings_[i].number(k));
-    }
-    for (std::size_t i = 0; i < count; i++) {
-      for (std::size_t k = rings_[i].points; k < rings_[i].entries.size(); k++) fans_.ask_for(rings_[i].number(k));
-    }
-    for (std::size_t i = 0; i < count; i++) {
-      if (!add_second_ring(first + uint32_t(i), rings_[i])) find_points(first + uint32_t(i), rings_[i]);
-    }
-    return {rings_.data(), count};
+  // Valid until the next call.
+  const Ring& find(uint32_t vertex) {
+    set_fan(vertex, ring_);
+    find_points(vertex, ring_);
+    return ring_;
   }
 
  private:
   void set_fan(uint32_t vertex, Ring& ring) {
-    const FanKind kind = fans_.kind(vertex);
-    if (kind == FanKind::irregular) return set_irregular(vertex, pairs_[vertex], ring);
-    const std::span<const uint32_t> fan = fans_[vertex];
-    ring.entries.assign(fan.begin(), fan.end());
-    ring.entries[0] = ~fan[0];
+    const std::vector<Pair> around = pairs_[vertex];
+    std::vector<uint32_t>& fan = ring.entries;
+    fan.resize(around.size() + 1);
+    FanKind kind = FanKind::irregular;
+    if (!around.empty())
+      kind = around.size() <= most_passed_on ? chain(around, fan.data()) : chain_many(around, fan.data());
+    // An edge of more triangles is met again.
+    if (kind != FanKind::irregular && is_repeated(std::span(fan).first(fan.size() - (kind == FanKind::closed ? 1 : 0))))
+      kind = FanKind::irregular;
+    if (kind == FanKind::irregular) return set_irregular(vertex, around, ring);
+    fan[0] = ~fan[0];
     ring.state = kind == FanKind::open ? MESH_BOUNDARY : 0;
     ring.fan = fan.size();
     ring.points = kind == FanKind::closed ? 1 : 0;
   }
 
-  // Where all fans about are closed: past the vertex and the two neighbours beside it, the fan of each neighbour runs through the second ring,
-  // and ends with what the next neighbour's begins with. False where that is not enough, or may meet a vertex twice; `ring` is then as before.
-  bool add_second_ring(uint32_t vertex, Ring& ring) {
-    const std::span<const uint32_t> fan = fans_[vertex];
-    if (fans_.kind(vertex) != FanKind::closed || fan.size() > 17) return false;
-    std::vector<uint32_t>& entries = ring.entries;
-    entries.resize(fan.size() + fan.size() * copied + 2 * copied);
-    uint32_t* next = entries.data() + fan.size();
-    bool enough = true;
-    for (const uint32_t neighbour : fan.subspan(1)) {
-      const std::span<const uint32_t> other = fans_[neighbour];
-      const std::size_t length = other.size() - 1;
-      enough = fans_.kind(neighbour) == FanKind::closed && length >= 4 && length <= std::size_t(most_copied);
-      if (!enough) break;
-      // Without branches that depend on the mesh, as they would be guessed wrong.
-      const uint32_t* row = other.data();
-      const std::size_t at = place_in(row, uint32_t(length), vertex);
-      const std::size_t past = at + 2, start = past < length ? past : past - length;
-      std::memcpy(next, row + start, copied * sizeof(uint32_t));
-      std::memcpy(next + std::min(length - start, copied), row, copied * sizeof(uint32_t));
-      // The last of them is the next neighbour's first.
-      next += length - 4;
-    }
-    const auto size = std::size_t(next - entries.data());
-    enough = enough && size >= fewest_points && size - 1 <= most_points;
-    bool again = false;
-    if (enough) {
-      for (const uint32_t number : fan.subspan(1)) again |= mark(number, vertex);
-      for (std::size_t i = fan.size(); i < size; i++) again |= mark(entries[i], vertex);
-    }
-    entries.resize(enough && !again ? size : fan.size());
-    return enough && !again;
-  }
-
-  // Whether this number, or another of the same remainder, was marked for the vertex.
-  bool mark(uint32_t number, uint32_t vertex) {
-    uint32_t& marked = marked_[number % marks];
-    const bool again = marked == vertex;
-    marked = vertex;
-    return again;
+  static bool is_repeated(std::span<const uint32_t> numbers) {
+    std::vector<uint32_t> sorted(numbers.begin(), numbers.end());
+    std::ranges::sort(sorted);
+    return std::ranges::adjacent_find(sorted) != sorted.end();
   }
 
   // Each triangle as a fan of its own, then the neighbours.
@@ -322,8 +214,7 @@ class Rings {
     std::size_t from = begin, to = entries.size();
     for (int number = 1; from < to && (number < 2 || to - begin + 1 < fewest_points); number++) {
       for (std::size_t i = from; i < to && entries.size() < most; i++) {
-        const std::span<const Pair> around = pairs_[ring.number(i)];
-        if (around.size() <= most_passed_on) add(around, entries);
+        if (pairs_.size(ring.number(i)) <= most_passed_on) add(pairs_[ring.number(i)], entries);
       }
       entries.resize(std::min(entries.size(), most));
       from = to;
@@ -331,8 +222,7 @@ class Rings {
     }
     // What a hub leads to is taken where there is nothing else.
     for (std::size_t i = begin; i < entries.size() && entries.size() - begin + 1 < fewest_points; i++) {
-      const std::span<const Pair> around = pairs_[ring.number(i)];
-      add(around.first(std::min(fewest_points, around.size())), entries);
+      add(pairs_.first(ring.number(i), std::min(fewest_points, pairs_.size(ring.number(i)))), entries);
       entries.resize(std::min(entries.size(), begin + fewest_points));
     }
   }
@@ -360,46 +250,27 @@ class Rings {
 
   const Mesh& mesh_;
   const Pairs& pairs_;
-  static constexpr std::size_t marks = 4096, copied = std::size_t(most_copied) - 4;
-  const Fans& fans_;
   Met met_;
-  std::vector<uint32_t> marked_ = std::vector<uint32_t>(marks, ~0u);
-  std::array<Ring, MESH_SLICE> rings_;
+  Ring ring_;
 };
 
-// Slices of a stretch of vertices, and where each begins among the words.
-struct Slices {
-  std::vector<uint32_t> words, starts;
+// What a task plans for a stretch of slices.
+struct Part {
+  std::vector<uint32_t> rows;   // of each slice
+  std::vector<uint32_t> rings;  // made here: head and entries
 };
 
-Slices slices_of(const Mesh& mesh, const Pairs& pairs, const Fans& fans, std::size_t begin, std::size_t end, float unit,
-                 Values<std::uint32_t>& places) {
-  Slices result;
-  result.words.reserve((end - begin) * 26);
-  Rings finder(mesh, pairs, fans);
-  const auto positions = mesh.vertices();
-  for (std::size_t slice = begin; slice < end; slice += MESH_SLICE) {
-    const std::span<const Ring> rings = finder.find(uint32_t(slice), std::min<std::size_t>(MESH_SLICE, end - slice));
-    std::size_t width = 0;
-    for (const Ring& ring : rings) width = std::max(width, ring.entries.size());
-    const std::size_t start = result.words.size();
-    result.starts.push_back(uint32_t(start));
-    result.words.resize(start + header + MESH_SLICE * width);
-    for (std::size_t lane = 0; lane < rings.size(); lane++) {
-      const Ring& ring = rings[lane];
-      const std::size_t v = slice + lane;
-      for (int axis = 0; axis < 3; axis++)
-        places[4 * v + std::size_t(axis)] = std::bit_cast<uint32_t>(unit * positions[v][axis]);
-      places[4 * v + 3] = std::bit_cast<uint32_t>(float(ring.state));
-      uint32_t* words = result.words.data() + start + lane;
-      words[0] = uint32_t(ring.fan);
-      words[MESH_SLICE] = uint32_t(ring.points);
-      words[2 * MESH_SLICE] = uint32_t(ring.entries.size());
-      words += header;
-      for (std::size_t i = 0; i < ring.entries.size(); i++) words[MESH_SLICE * i] = ring.entries[i];
-    }
+// How many entries the ring of a vertex has that the device makes, or 0 where it cannot.
+std::size_t entries_made(const Pairs& pairs, std::span<const std::uint8_t> sizes, uint32_t vertex) {
+  const std::size_t size = sizes[vertex];
+  if (size == 0) return 0;
+  std::size_t sum = 1 + size, least = MESH_FAN_MOST;
+  for (std::size_t i = 0; i < size; i++) {
+    const std::size_t other = sizes[pairs.at(vertex, i).from];
+    least = std::min(least, other);
+    sum += other - fewest_about;
   }
-  return result;
+  return least >= fewest_about && sum >= fewest_points && sum - 1 <= most_points ? sum : 0;
 }
 
 }  // namespace
@@ -411,31 +282,109 @@ float mesh_unit(const Mesh& mesh) {
   return std::ldexp(1.0f, std::clamp(-std::ilogb(size), -126, 126));
 }
 
-MeshVertices vertices_of(const Mesh& mesh, float unit) {
+Values<uint32_t> corners_by_vertex(const Mesh& mesh) {
   const std::size_t count = mesh.vertex_count();
-  require_room(std::max(3 * mesh.face_count(), MESH_VERTEX_WORDS * count), mesh);
-  const Pairs pairs(mesh);
-  const Fans fans(mesh, pairs);
-  MeshVertices result;
+  const auto faces = mesh.faces();
+  require_room(std::max(9 * faces.size() + count + 1, MESH_VERTEX_WORDS * count), mesh);
+  Values<uint32_t> corners(count + 1 + 9 * faces.size());
+  uint32_t* const first = corners.data();
+  uint32_t* const triangles = first + count + 1;
+  // Parts of the faces count by themselves, and know then where theirs begin at each vertex: the order is that of the faces.
+  const std::size_t parts = std::clamp<std::size_t>(faces.size() / faces_in_task, 1, most_tables);
+  const auto begin_of = [&](std::size_t part) { return part * faces.size() / parts; };
+  std::vector<std::vector<uint32_t>> next(parts);
+  parallel_for(parts, [&](std::size_t part) {
+    next[part].resize(count);
+    uint32_t* const counts = next[part].data();
+    for (std::size_t i = begin_of(part); i < begin_of(part + 1); i++)
+      counts[faces[i].x]++, counts[faces[i].y]++, counts[faces[i].z]++;
+  });
+  uint32_t sum = 0;
+  for (std::size_t v = 0; v < count; v++) {
+    first[v] = sum;
+    for (std::vector<uint32_t>& counts : next) {
+      const uint32_t here = counts[v];
+      counts[v] = sum;
+      sum += here;
+    }
+  }
+  first[count] = sum;
+  parallel_for(parts, [&](std::size_t part) {
+    uint32_t* const to = next[part].data();
+    for (std::size_t i = begin_of(part); i < begin_of(part + 1); i++) {
+      const glm::uvec3 f = faces[i];
+      const uint32_t x = to[f.x]++, y = to[f.y]++, z = to[f.z]++;
+      const auto put = [&](uint32_t at, uint32_t from, uint32_t end, uint32_t link) {
+        uint32_t* const words = triangles + 3 * std::size_t(at);
+        words[0] = from;
+        words[1] = end;
+        words[2] = link;
+      };
+      put(x, f.y, f.z, y);
+      put(y, f.z, f.x, z);
+      put(z, f.x, f.y, x);
+    }
+  });
+  return corners;
+}
+
+MeshRings plan_rings(const Mesh& mesh, std::span<const uint32_t> corners, std::span<const uint32_t> fan_sizes,
+                     float unit) {
+  const std::size_t count = mesh.vertex_count(), slices = (count + MESH_SLICE - 1) / MESH_SLICE;
+  const Pairs pairs(corners, count);
+  const std::vector<std::uint8_t> sizes(fan_sizes.begin(), fan_sizes.end());
+  MeshRings result;
   result.places.resize(4 * count);
-  constexpr std::size_t step = slices_in_task * MESH_SLICE;
-  std::vector<Slices> parts((count + step - 1) / step);
+  std::vector<uint32_t> given(count);
+  std::vector<Part> parts((slices + slices_in_task - 1) / slices_in_task);
+  const auto positions = mesh.vertices();
   parallel_for(parts.size(), [&](std::size_t task) {
-    parts[task] = slices_of(mesh, pairs, fans, task * step, std::min((task + 1) * step, count), unit, result.places);
+    Part& part = parts[task];
+    RingFinder finder(mesh, pairs);
+    for (std::size_t slice = task * slices_in_task; slice < std::min((task + 1) * slices_in_task, slices); slice++) {
+      std::size_t rows = MESH_RING_HEAD;
+      for (std::size_t v = slice * MESH_SLICE; v < std::min((slice + 1) * MESH_SLICE, count); v++) {
+        int state = 0;
+        if (const std::size_t entries = entries_made(pairs, sizes, uint32_t(v)); entries > 0) {
+          rows = std::max(rows, MESH_RING_HEAD + entries);
+        } else {
+          const Ring& ring = finder.find(uint32_t(v));
+          state = ring.state;
+          rows = std::max(rows, ring.rows());
+          given[v] = uint32_t(part.rings.size() + 1);
+          for (const std::size_t word : {ring.fan, ring.points, ring.entries.size()})
+            part.rings.push_back(uint32_t(word));
+          part.rings.insert(part.rings.end(), ring.entries.begin(), ring.entries.end());
+        }
+        for (int axis = 0; axis < 3; axis++)
+          result.places[4 * v + std::size_t(axis)] = std::bit_cast<uint32_t>(unit * positions[v][axis]);
+        result.places[4 * v + 3] = std::bit_cast<uint32_t>(float(state));
+      }
+      part.rows.push_back(uint32_t(rows));
+    }
   });
 
-  // The starts of all slices, then the slices.
-  std::size_t words = (count + MESH_SLICE - 1) / MESH_SLICE;
-  std::vector<std::size_t> begin;
-  for (const Slices& part : parts) begin.push_back(words), words += part.words.size();
+  std::size_t words = slices + 1 + count;
+  for (const Part& part : parts) words += part.rings.size();
   require_room(words, mesh);
-  result.rings.resize(words);
+  result.plan.resize(words);
+  uint32_t* const plan = result.plan.data();
+  std::size_t slice = 0, begin = slices, made = slices + 1 + count;
   for (std::size_t task = 0; task < parts.size(); task++) {
-    const Slices& part = parts[task];
-    for (std::size_t i = 0; i < part.starts.size(); i++)
-      result.rings[task * slices_in_task + i] = uint32_t(begin[task] + part.starts[i]);
-    std::memcpy(result.rings.data() + begin[task], part.words.data(), part.words.size() * sizeof(uint32_t));
+    const Part& part = parts[task];
+    for (const uint32_t rows : part.rows) {
+      plan[slice++] = uint32_t(begin);
+      begin += MESH_SLICE * std::size_t(rows);
+      require_room(begin, mesh);
+    }
+    const std::size_t first = task * slices_in_task * MESH_SLICE;
+    for (std::size_t v = first; v < std::min(first + slices_in_task * MESH_SLICE, count); v++)
+      plan[slices + 1 + v] = given[v] == 0 ? 0 : uint32_t(made + given[v] - 1);
+    std::copy(part.rings.begin(), part.rings.end(), plan + made);
+    made += part.rings.size();
   }
+  plan[slices] = uint32_t(begin);
+  result.ring_words = begin;
   return result;
 }
 

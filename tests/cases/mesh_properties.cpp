@@ -25,7 +25,7 @@
 #include "smurf/interrogator.hpp"
 #include "surfaces/surface_model.hpp"
 
-KERNELS(mesh_normals, mesh_tensors, find_nearest, measure);
+KERNELS(mesh_fans, mesh_rings, mesh_normals, mesh_tensors, find_nearest, measure);
 
 namespace smurf::test {
 namespace {

@@ -1,0 +1,13 @@
+// Fans of triangles about the vertices of a mesh.
+#include "mesh_rings.inc"
+
+layout(local_size_x = GROUP) in;
+
+layout(push_constant) uniform Arguments {
+  Buffer corners, fans, links, fan_places, sizes;
+  int count;
+};
+
+void main() {
+  mesh_fans_of(corners, fans, links, fan_places, sizes, lane_items(item_index()), count);
+}

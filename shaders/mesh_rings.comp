@@ -1,0 +1,13 @@
+// Neighbours of the vertices of a mesh.
+#include "mesh_rings.inc"
+
+layout(local_size_x = GROUP) in;
+
+layout(push_constant) uniform Arguments {
+  Buffer fans, links, fan_places, sizes, plan, rings;
+  int count;
+};
+
+void main() {
+  mesh_rings_of(fans, links, fan_places, sizes, plan, rings, lane_items(item_index()), count);
+}
