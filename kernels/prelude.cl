@@ -349,7 +349,8 @@ FN void store_fours(Buffer b, int start, integer i, word v) {
 #else
 #define load_lanes(b, start) JOIN(vload, LANES)(0, (__global float*)(b) + (start))
 #define load_lane_integers(b, start) JOIN(vload, LANES)(0, (__global int*)(b) + (start))
-#define store_lane_integers(b, start, v) JOIN(vstore, LANES)(v, 0, (__global int*)(b) + (start))
+typedef integer __attribute__((aligned(4))) lane_integers;  // one store, where vstore may become several
+#define store_lane_integers(b, start, v) (*(__global lane_integers*)((b) + (start)) = (v))
 #endif
 
 // Reals of a row, load_real(b, start + i), of one that has no more than PICK_FEW, and of one that has no more than twice as many: read as whole

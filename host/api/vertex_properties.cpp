@@ -32,30 +32,29 @@ PointProperties on_device(Executor& executor, const Mesh& mesh, std::uint32_t wa
   const float unit = mesh_unit(mesh);
   std::array<float, MESH_PARAMETER_WORDS> numbers_of_mesh{};
   numbers_of_mesh[MESH_UNIT] = unit;
-  TypedBuffer<float> parameters(executor, numbers_of_mesh.size(), "surface parameters");
-  parameters.write(numbers_of_mesh);
-  const TypedBuffer<std::uint32_t> vertices = make_vertices(executor, mesh, unit);
+  const auto parameters = executor.share(numbers_of_mesh.data(), sizeof numbers_of_mesh, "surface parameters");
   const auto points = executor.share(mesh.vertices().data(), mesh.vertices().size_bytes(), "points");
   const auto coordinates =
       executor.share(numbers.data(), numbers.size() * sizeof(SurfaceCoordinates), "surface coordinates");
   auto columns = executor.share_results(words->data(), bytes, "properties");
   const bool is_shared = columns != nullptr;
   if (!is_shared) columns = executor.allocate(bytes, "properties");
-  launch(executor,
-         Program{KernelId::measure,
-                 {{"surface", std::string(embedded_core("mesh_vertices.inc"))}},
-                 {{"COORDINATES", "1"}, {"CURVATURE", wanted == std::uint32_t(Property::normal) ? "0" : "1"}}},
-         arguments::measure{.parameters = parameters.get(),
-                            .surface_a = vertices.get(),
-                            .points = points.get(),
-                            .coordinates = coordinates.get(),
-                            .columns = columns.get(),
-                            .end = int(count),
-                            .stride = int(count),
-                            .wanted = int(wanted)},
-         count);
+  make_vertices(executor, mesh, unit, [&](DeviceBuffer* vertices) {
+    launch(executor,
+           Program{KernelId::measure,
+                   {{"surface", std::string(embedded_core("mesh_vertices.inc"))}},
+                   {{"COORDINATES", "1"}, {"CURVATURE", wanted == std::uint32_t(Property::normal) ? "0" : "1"}}},
+           arguments::measure{.parameters = parameters.get(),
+                              .surface_a = vertices,
+                              .points = points.get(),
+                              .coordinates = coordinates.get(),
+                              .columns = columns.get(),
+                              .end = int(count),
+                              .stride = int(count),
+                              .wanted = int(wanted)},
+           count);
+  });
   if (!is_shared) executor.read(*columns, 0, words->data(), bytes);
-  executor.finish();
   columns.reset();
   PointProperties out;
   take_columns(words, count, wanted, out);

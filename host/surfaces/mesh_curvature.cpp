@@ -9,62 +9,72 @@
 
 namespace smurf {
 
-TypedBuffer<std::uint32_t> make_vertices(Executor& executor, const Mesh& mesh, float unit) {
+MeshRingTables make_rings(Executor& executor, const Mesh& mesh, float unit) {
   const std::size_t count = mesh.vertex_count();
   const auto share = [&](const Values<std::uint32_t>& words, std::string_view purpose) {
     return executor.share(words.data(), words.size() * sizeof(std::uint32_t), purpose);
   };
-  const Values<std::uint32_t> corners = corners_by_vertex(mesh);
-  const auto corner_table = share(corners, "triangles about the vertices of a mesh");
-  const std::size_t slices = (count + MESH_SLICE - 1) / MESH_SLICE;
-  const TypedBuffer<std::uint32_t> fans(executor, MESH_FAN_WORDS * count, "fans of the vertices of a mesh"),
-      links(executor, MESH_FAN_MOST * MESH_SLICE * slices, "fans of the vertices of a mesh"),
-      fan_places(executor, 3 * mesh.face_count(), "fans of the vertices of a mesh"),
-      sizes(executor, count, "fans of the vertices of a mesh");
+  MeshRingTables tables;
+  tables.host_corners = corners_by_vertex(mesh);
+  tables.corners = share(tables.host_corners, "triangles about the vertices of a mesh");
+  const std::string_view purpose = "fans of the vertices of a mesh";
+  tables.fans = TypedBuffer<std::uint32_t>(executor, MESH_FAN_WORDS * count, purpose);
+  tables.links = TypedBuffer<std::uint32_t>(executor, MESH_FAN_WORDS * count, purpose);
+  tables.fan_places = TypedBuffer<std::uint32_t>(executor, 3 * mesh.face_count(), purpose);
+  tables.sizes = TypedBuffer<std::uint32_t>(executor, count, purpose);
   launch(executor, Program{KernelId::mesh_fans, {}, {}},
-         arguments::mesh_fans{.corners = corner_table.get(),
-                              .fans = fans.get(),
-                              .links = links.get(),
-                              .fan_places = fan_places.get(),
-                              .sizes = sizes.get(),
+         arguments::mesh_fans{.corners = tables.corners.get(),
+                              .fans = tables.fans.get(),
+                              .links = tables.links.get(),
+                              .fan_places = tables.fan_places.get(),
+                              .sizes = tables.sizes.get(),
                               .count = int(count)},
          count);
-  Values<std::uint32_t> fan_sizes(count);
-  sizes.read(fan_sizes);
-  const MeshRings tables = plan_rings(mesh, corners, fan_sizes, unit);
-  const auto places = share(tables.places, "places of the vertices of a mesh");
-  const auto plan = share(tables.plan, "neighbours of the vertices of a mesh");
-  const TypedBuffer<std::uint32_t> rings(executor, tables.ring_words, "neighbours of the vertices of a mesh");
+  Values<std::uint32_t> sizes(count);
+  tables.sizes.read(sizes);
+  tables.planned = plan_rings(mesh, tables.host_corners, sizes, unit);
+  tables.places = share(tables.planned.places, "places of the vertices of a mesh");
+  tables.plan = share(tables.planned.plan, "neighbours of the vertices of a mesh");
+  tables.rings =
+      TypedBuffer<std::uint32_t>(executor, tables.planned.ring_words, "neighbours of the vertices of a mesh");
   launch(executor, Program{KernelId::mesh_rings, {}, {}},
-         arguments::mesh_rings{.fans = fans.get(),
-                               .links = links.get(),
-                               .fan_places = fan_places.get(),
-                               .sizes = sizes.get(),
-                               .plan = plan.get(),
-                               .rings = rings.get(),
+         arguments::mesh_rings{.fans = tables.fans.get(),
+                               .links = tables.links.get(),
+                               .fan_places = tables.fan_places.get(),
+                               .sizes = tables.sizes.get(),
+                               .plan = tables.plan.get(),
+                               .rings = tables.rings.get(),
                                .count = int(count)},
          count);
+  return tables;
+}
+
+TypedBuffer<std::uint32_t> make_vertices(Executor& executor, const Mesh& mesh, float unit,
+                                         const std::function<void(DeviceBuffer* vertices)>& queue) {
+  const std::size_t count = mesh.vertex_count();
+  const MeshRingTables tables = make_rings(executor, mesh, unit);
   TypedBuffer<std::uint32_t> vertices(executor, MESH_VERTEX_WORDS * count, "vertices of a mesh");
   const TypedBuffer<float> fits(executor, 4 * count, "fits at the vertices of a mesh");
   const glm::vec3 size = unit * mesh.upper() - unit * mesh.lower();
   const float extent = std::max({size.x, size.y, size.z});
   const auto scale = std::bit_cast<std::int32_t>(std::ldexp(1.0f, std::clamp(-std::ilogb(extent), -126, 126)));
   launch(executor, Program{KernelId::mesh_normals, {}, {}},
-         arguments::mesh_normals{.places = places.get(),
-                                 .rings = rings.get(),
+         arguments::mesh_normals{.places = tables.places.get(),
+                                 .rings = tables.rings.get(),
                                  .vertices = vertices.get(),
                                  .fits = fits.get(),
                                  .count = int(count),
                                  .scale = scale},
          count);
   launch(executor, Program{KernelId::mesh_tensors, {}, {}},
-         arguments::mesh_tensors{.places = places.get(),
-                                 .rings = rings.get(),
+         arguments::mesh_tensors{.places = tables.places.get(),
+                                 .rings = tables.rings.get(),
                                  .fits = fits.get(),
                                  .vertices = vertices.get(),
                                  .count = int(count),
                                  .scale = scale},
          count);
+  if (queue) queue(vertices.get());
   executor.finish();
   return vertices;
 }

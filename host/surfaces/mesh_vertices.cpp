@@ -9,6 +9,7 @@
 #include <cstring>
 #include <numeric>
 #include <span>
+#include <thread>
 #include <vector>
 
 #include "mesh_parameters.inc"
@@ -21,13 +22,15 @@ namespace {
 using std::uint32_t;
 using std::uint64_t;
 
-constexpr std::size_t fewest_points = 12;   // a fit goes on beyond two rings until it has so many,
-constexpr std::size_t most_points = 64;     // and takes no more than these beyond the first ring
-constexpr std::size_t most_passed_on = 32;  // a vertex with more neighbours is the hub of a fan: it leads no further
-constexpr std::size_t fewest_about = 4;     // neighbours of a vertex that passes on its fan
-constexpr std::size_t slices_in_task = 256;
-constexpr std::size_t faces_in_task = std::size_t(1) << 14;
-constexpr std::size_t most_tables = 8;  // of counts, one for each part of the faces
+constexpr std::size_t fewest_points = 12;      // a fit goes on beyond two rings until it has so many,
+constexpr std::size_t most_points = 64;        // and takes no more than these beyond the first ring
+constexpr std::size_t most_passed_on = 32;     // a vertex with more neighbours is the hub of a fan: it leads no further
+constexpr std::size_t fewest_about = 4;        // neighbours of a vertex that passes on its fan
+constexpr std::size_t vertices_in_task = 256;  // whole slices
+constexpr std::size_t fan_keys = 8,
+                      entry_keys = 32;  // of what vertices are sorted by: fans from 5 entries on, rings from 10
+constexpr std::size_t faces_in_part = std::size_t(1) << 17;  // fewer are not worth a thread
+constexpr unsigned most_parts = 8;                           // each with a table of counts
 
 void require_room(std::size_t words, const Mesh& mesh) {
   constexpr std::size_t most = (std::size_t(1) << 31) - 1;
@@ -98,7 +101,6 @@ struct Ring {
   std::size_t fan = 0, points = 0;  // where the fans end, and where the points of the fit begin
   int state = 0;                    // MESH_BOUNDARY + MESH_NO_CURVATURE
 
-  std::size_t rows() const { return MESH_RING_HEAD + entries.size(); }
   uint32_t number(std::size_t i) const { return std::min(entries[i], ~entries[i]); }
 };
 
@@ -254,11 +256,19 @@ class RingFinder {
   Ring ring_;
 };
 
-// What a task plans for a stretch of slices.
+// What a task plans for a stretch of vertices.
 struct Part {
   std::vector<uint32_t> rows;   // of each slice
   std::vector<uint32_t> rings;  // made here: head and entries
 };
+
+// Which vertices, from `first` on, stand at which place: in the order of how far their fans and then their rings reach, so that lanes end together.
+void sort_by_ring(std::span<const uint32_t> keys, uint32_t first, std::span<uint32_t> order) {
+  std::array<uint32_t, fan_keys * entry_keys + 1> begin{};
+  for (const uint32_t key : keys) begin[key + 1]++;
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  for (std::size_t i = 0; i < keys.size(); i++) order[begin[keys[i]]++] = first + uint32_t(i);
+}
 
 // How many entries the ring of a vertex has that the device makes, or 0 where it cannot.
 std::size_t entries_made(const Pairs& pairs, std::span<const std::uint8_t> sizes, uint32_t vertex) {
@@ -290,7 +300,8 @@ Values<uint32_t> corners_by_vertex(const Mesh& mesh) {
   uint32_t* const first = corners.data();
   uint32_t* const triangles = first + count + 1;
   // Parts of the faces count by themselves, and know then where theirs begin at each vertex: the order is that of the faces.
-  const std::size_t parts = std::clamp<std::size_t>(faces.size() / faces_in_task, 1, most_tables);
+  const std::size_t parts = std::clamp<std::size_t>(faces.size() / faces_in_part, 1,
+                                                    std::clamp(std::thread::hardware_concurrency(), 1u, most_parts));
   const auto begin_of = [&](std::size_t part) { return part * faces.size() / parts; };
   std::vector<std::vector<uint32_t>> next(parts);
   parallel_for(parts, [&](std::size_t part) {
@@ -335,41 +346,52 @@ MeshRings plan_rings(const Mesh& mesh, std::span<const uint32_t> corners, std::s
   const std::vector<std::uint8_t> sizes(fan_sizes.begin(), fan_sizes.end());
   MeshRings result;
   result.places.resize(4 * count);
-  std::vector<uint32_t> given(count);
-  std::vector<Part> parts((slices + slices_in_task - 1) / slices_in_task);
+  std::vector<uint32_t> order(count), given(count);  // by place
+  std::vector<Part> parts((count + vertices_in_task - 1) / vertices_in_task);
   const auto positions = mesh.vertices();
   parallel_for(parts.size(), [&](std::size_t task) {
     Part& part = parts[task];
     RingFinder finder(mesh, pairs);
-    for (std::size_t slice = task * slices_in_task; slice < std::min((task + 1) * slices_in_task, slices); slice++) {
-      std::size_t rows = MESH_RING_HEAD;
-      for (std::size_t v = slice * MESH_SLICE; v < std::min((slice + 1) * MESH_SLICE, count); v++) {
-        int state = 0;
-        if (const std::size_t entries = entries_made(pairs, sizes, uint32_t(v)); entries > 0) {
-          rows = std::max(rows, MESH_RING_HEAD + entries);
-        } else {
-          const Ring& ring = finder.find(uint32_t(v));
-          state = ring.state;
-          rows = std::max(rows, ring.rows());
-          given[v] = uint32_t(part.rings.size() + 1);
-          for (const std::size_t word : {ring.fan, ring.points, ring.entries.size()})
-            part.rings.push_back(uint32_t(word));
-          part.rings.insert(part.rings.end(), ring.entries.begin(), ring.entries.end());
-        }
-        for (int axis = 0; axis < 3; axis++)
-          result.places[4 * v + std::size_t(axis)] = std::bit_cast<uint32_t>(unit * positions[v][axis]);
-        result.places[4 * v + 3] = std::bit_cast<uint32_t>(float(state));
+    const std::size_t first = task * vertices_in_task, number = std::min(vertices_in_task, count - first);
+    std::vector<uint32_t> keys(number), rows(number), begin(number);
+    for (std::size_t i = 0; i < number; i++) {
+      const std::size_t v = first + i;
+      std::size_t fan = sizes[v] + 1u, entries = entries_made(pairs, sizes, uint32_t(v));
+      int state = 0;
+      if (entries == 0) {
+        const Ring& ring = finder.find(uint32_t(v));
+        state = ring.state;
+        fan = ring.fan;
+        entries = ring.entries.size();
+        begin[i] = uint32_t(part.rings.size() + 1);
+        for (const std::size_t word : {ring.fan, ring.points, entries}) part.rings.push_back(uint32_t(word));
+        part.rings.insert(part.rings.end(), ring.entries.begin(), ring.entries.end());
       }
-      part.rows.push_back(uint32_t(rows));
+      rows[i] = uint32_t(MESH_RING_HEAD + entries);
+      keys[i] = uint32_t(std::clamp<std::size_t>(fan, 5, 5 + fan_keys - 1) - 5) * uint32_t(entry_keys) +
+                uint32_t(std::clamp<std::size_t>(entries, 10, 10 + entry_keys - 1) - 10);
+      for (int axis = 0; axis < 3; axis++)
+        result.places[4 * v + std::size_t(axis)] = std::bit_cast<uint32_t>(unit * positions[v][axis]);
+      result.places[4 * v + 3] = std::bit_cast<uint32_t>(float(state));
+    }
+    const auto sorted = std::span(order).subspan(first, number);
+    sort_by_ring(keys, uint32_t(first), sorted);
+    for (std::size_t i = 0; i < number; i++) {
+      const std::size_t vertex = sorted[i] - first;
+      given[first + i] = begin[vertex];
+      if (i % MESH_SLICE == 0) part.rows.push_back(MESH_RING_HEAD);
+      part.rows.back() = std::max(part.rows.back(), rows[vertex]);
     }
   });
 
-  std::size_t words = slices + 1 + count;
+  std::size_t words = slices + 1 + 2 * count;
   for (const Part& part : parts) words += part.rings.size();
   require_room(words, mesh);
   result.plan.resize(words);
   uint32_t* const plan = result.plan.data();
-  std::size_t slice = 0, begin = slices, made = slices + 1 + count;
+  uint32_t* const made = plan + slices + 1 + count;
+  std::size_t slice = 0, begin = slices, next = slices + 1 + 2 * count;
+  std::copy(order.begin(), order.end(), plan + slices + 1);
   for (std::size_t task = 0; task < parts.size(); task++) {
     const Part& part = parts[task];
     for (const uint32_t rows : part.rows) {
@@ -377,11 +399,11 @@ MeshRings plan_rings(const Mesh& mesh, std::span<const uint32_t> corners, std::s
       begin += MESH_SLICE * std::size_t(rows);
       require_room(begin, mesh);
     }
-    const std::size_t first = task * slices_in_task * MESH_SLICE;
-    for (std::size_t v = first; v < std::min(first + slices_in_task * MESH_SLICE, count); v++)
-      plan[slices + 1 + v] = given[v] == 0 ? 0 : uint32_t(made + given[v] - 1);
-    std::copy(part.rings.begin(), part.rings.end(), plan + made);
-    made += part.rings.size();
+    const std::size_t first = task * vertices_in_task;
+    for (std::size_t i = first; i < std::min(first + vertices_in_task, count); i++)
+      made[i] = given[i] == 0 ? 0 : uint32_t(next + given[i] - 1);
+    std::copy(part.rings.begin(), part.rings.end(), plan + next);
+    next += part.rings.size();
   }
   plan[slices] = uint32_t(begin);
   result.ring_words = begin;

@@ -1,6 +1,6 @@
-// Vectors of results. Memory is not cleared before a device writes to it, and large blocks ask for large pages and are kept for the
-// next results when they are given back (512 MiB at most, which the system may reclaim): clearing and page faults would cost as much as a
-// fast query itself.
+// Vectors of results. Memory is not cleared before a device writes to it, and blocks of many pages are kept for the next results when they are
+// given back (64 MiB at most, and of large ones 512 MiB more, which stand on large pages and which the system may reclaim): clearing and page
+// faults would cost as much as a fast query itself.
 #pragma once
 
 #include <algorithm>
