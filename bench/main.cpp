@@ -1,7 +1,8 @@
 // smurf-bench: the workloads of `smurf bench` under Google Benchmark, on every device and lane count, beside the peers that
 // were found at configuration. Its options are Google Benchmark's, for instance --benchmark_filter=W1 --benchmark_out=FILE.
 //
-// A benchmark's name is workload/size/who. Every repetition is one whole call; the median of the repetitions counts.
+// A benchmark's name is workload/size/who. A repetition is as many whole calls in a row as take a tenth of a second, one at least: calls of a few
+// milliseconds that stand alone tell of sleeping cores. The median of the repetitions counts.
 // What is set up for one benchmark (device, surface, answers of the reference) is kept until the next one begins.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
@@ -30,6 +31,7 @@ using namespace smurf::bench;
 using namespace smurf::workloads;
 
 constexpr int repetitions = 7;
+constexpr double least_seconds = 0.1;  // of a repetition
 
 using Counters = std::map<std::string, double>;
 
@@ -80,7 +82,7 @@ void add(const std::string& name, const SetUp& set_up) {
                                    state.SkipWithError(error.what());
                                  }
                                })
-      ->Iterations(1)
+      ->MinTime(least_seconds)
       ->Repetitions(repetitions)
       ->ReportAggregatesOnly(true)
       ->DisplayAggregatesOnly(true)
