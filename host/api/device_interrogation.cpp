@@ -276,7 +276,8 @@ class DeviceInterrogation final : public Interrogation {
 
   void find_hits(const Tile& tile, int capacity, bool first_only) {
     ensure(counts_, tile.count, "hit counts");
-    ensure(slots_, (coordinates_ ? 6 : 3) * std::size_t(capacity) * SLOT_STRIDE(tile.count), "hit slots");
+    const std::size_t columns = coordinates_ ? 6 : 3;
+    ensure(slots_, std::size_t(capacity) * SLOT_STRIDE(tile.count, columns), "hit slots");
     const std::vector<DeviceBuffer*> surface = surface_buffers();
     launch(executor_, find_hits_,
            arguments::find_hits{.parameters = surface_->parameters(),

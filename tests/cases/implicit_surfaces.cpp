@@ -168,6 +168,33 @@ TEST(ImplicitSurfaces, Tanglecube) { run("tanglecube", implicit("x^4-5*x^2+y^4-5
 
 TEST(ImplicitSurfaces, Gyroid) { run("gyroid", implicit("sin(x)*cos(y)+sin(y)*cos(z)+sin(z)*cos(x)", box(4)), 3000); }
 
+// Rays are walked by distances for the axis along which they are steepest: along diagonals it is two or three at once, to a rounding.
+TEST(ImplicitSurfaces, RaysAlongAxesAndDiagonals) {
+  const Surface surface = implicit("sin(x)*cos(y)+sin(y)*cos(z)+sin(z)*cos(x)", box(4));
+  std::mt19937 random(23);
+  std::uniform_real_distribution<float> place(-4, 4);
+  std::uniform_int_distribution<int> cell(-64, 64);
+  std::vector<Ray> list;
+  for (int number = 0; number < 27; number++) {
+    const glm::vec3 direction(number % 3 - 1, number / 3 % 3 - 1, number / 9 - 1);
+    if (direction == glm::vec3(0)) continue;
+    for (int i = 0; i < 150; i++) {
+      // Through any place, through corners of cells, and a rounding off the diagonal.
+      const glm::vec3 through = i % 3 == 0 ? glm::vec3(cell(random), cell(random), cell(random)) / 16.0f
+                                           : glm::vec3(place(random), place(random), place(random));
+      glm::vec3 along = direction;
+      if (i % 3 == 2) along[i / 3 % 3] *= 1 + (i % 2 == 0 ? 0x1p-23f : -0x1p-22f);
+      list.push_back({through - 10.0f * along, along});
+    }
+  }
+  const RayBatch rays(list);
+  const HitList truth = Interrogator(reference_device(), surface).cast(rays, {.hits = Hits::all});
+  for (const TestDevice& device : test_devices()) {
+    const HitList all = Interrogator(device.device, surface).cast(rays, {.hits = Hits::all});
+    compare_roots("gyroid along diagonals", surface, device, rays, all, truth, 0.02);
+  }
+}
+
 TEST(ImplicitSurfaces, BarthSextic) {
   run("Barth sextic",
       implicit("4*(t^2*x^2-y^2)*(t^2*y^2-z^2)*(t^2*z^2-x^2)-(1+2*t)*(x^2+y^2+z^2-1)^2",
