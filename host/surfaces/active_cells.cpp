@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <limits>
-#include <string>
 
 #include "grid_parameters.inc"
 #include "program.hpp"
-#include "surfaces/directed_distances.hpp"
 
 namespace smurf {
 namespace {
@@ -75,10 +73,9 @@ ActiveCells::ActiveCells(Executor& executor, glm::ivec3 cells, const Texts& modu
       surface_a_(surface_a),
       bounds_(bounds),
       blocks_(blocks_of(cells)),
-      tables_(defines.contains("WALK_TABLES") ? std::stoul(defines.at("WALK_TABLES")) : 1),
       bits_(executor, block_count(), "active cells"),
       skips_(executor, (block_count() + 3) / 4, "block distances"),
-      distances_(executor, tables_ * block_count() * block_rows, "cell distances") {}
+      distances_(executor, block_count() * block_rows, "cell distances") {}
 
 std::vector<glm::uvec2> ActiveCells::find() {
   std::vector<glm::uvec2> bits(block_count());
@@ -104,21 +101,16 @@ void ActiveCells::activate(std::span<const glm::uvec2> bits, glm::vec3 extent) {
     const int index = int(i);
     box.add({index % blocks_.x, index / blocks_.x % blocks_.y, index / blocks_.x / blocks_.y}, word);
   }
-  if (tables_ > 1) {
-    const Values<std::uint8_t> distances = directed_distances(bits, blocks_);
-    executor_.write(*distances_.get(), 0, distances.data(), distances.size());
-  } else {
-    spread_distances(distance, blocks_);
-    executor_.write(*skips_.get(), 0, distance.data(), distance.size());
-    launch(executor_, Program{KernelId::grid_distances, modules_, defines_},
-           arguments::grid_distances{.parameters = &parameters_,
-                                     .surface_a = &surface_a_,
-                                     .cells = bits_.get(),
-                                     .skips = skips_.get(),
-                                     .distances = distances_.get(),
-                                     .count = int(block_count())},
-           block_count());
-  }
+  spread_distances(distance, blocks_);
+  executor_.write(*skips_.get(), 0, distance.data(), distance.size());
+  launch(executor_, Program{KernelId::grid_distances, modules_, defines_},
+         arguments::grid_distances{.parameters = &parameters_,
+                                   .surface_a = &surface_a_,
+                                   .cells = bits_.get(),
+                                   .skips = skips_.get(),
+                                   .distances = distances_.get(),
+                                   .count = int(block_count())},
+         block_count());
   // Without an active cell any cell will do: nothing is found there.
   const bool empty = box.low.x > box.high.x;
   const glm::vec3 low = empty ? glm::vec3(0) : glm::vec3(box.low);

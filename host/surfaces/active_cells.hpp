@@ -4,10 +4,7 @@
 // Which cells those are, the source module "cells" decides: grid_block_reaches says which blocks of 4³ cells to look at, and
 // grid_block_cells which of their cells can reach the level in question.
 //
-// Distances are for rays of any direction, computed on the device, or, where WALK_TABLES is "6" among the defines, for six classes of them, computed on the
-// host (directed_distances.hpp): rays take fewer steps by these.
-//
-// Device memory for each block of 64 cells: 8 bytes of active cells, 1 of its distance and 64 for each table of the cells' distances.
+// Device memory for each block of 64 cells: 8 bytes of active cells, 1 of its distance and 64 of the cells' distances.
 #pragma once
 
 #include <cstdint>
@@ -37,7 +34,7 @@ class ActiveCells {
   // the parameters.
   void activate(std::span<const glm::uvec2> bits, glm::vec3 extent);
 
-  DeviceBuffer* distances() const { return distances_.get(); }  // for each table 16 words a block
+  DeviceBuffer* distances() const { return distances_.get(); }  // 16 words a block
   glm::ivec3 blocks() const { return blocks_; }
   std::size_t bytes() const { return bits_.bytes() + skips_.bytes() + distances_.bytes(); }
 
@@ -52,7 +49,6 @@ class ActiveCells {
   const Texts &modules_, &defines_;
   DeviceBuffer &parameters_, &surface_a_, &bounds_;
   const glm::ivec3 blocks_;
-  const std::size_t tables_;  // of distances (kernels/core/grid_walk.inc)
   TypedBuffer<glm::uvec2> bits_;
   TypedBuffer<std::uint32_t> skips_;
   TypedBuffer<std::uint32_t> distances_;

@@ -177,7 +177,6 @@ class ResidentTape final : public ResidentSurface {
     modules_["expression"] = device_functions(program_);
     defines_["TAPS_INSIDE"] = "0";
     defines_["SIDES"] = "1";
-    defines_["WALK_TABLES"] = "6";
     defines_["CHOICES"] = has_choices(program_) ? "1" : "0";
     // Programs are shared by expressions of about the same size.
     defines_["TAPE_REGISTERS"] = fmt::format("{}", std::max(32u, std::bit_ceil(unsigned(whole_.registers))));

@@ -168,7 +168,7 @@ TEST(ImplicitSurfaces, Tanglecube) { run("tanglecube", implicit("x^4-5*x^2+y^4-5
 
 TEST(ImplicitSurfaces, Gyroid) { run("gyroid", implicit("sin(x)*cos(y)+sin(y)*cos(z)+sin(z)*cos(x)", box(4)), 3000); }
 
-// Rays are walked by distances for the axis along which they are steepest: along diagonals it is two or three at once, to a rounding.
+// Along diagonals rays leave the cube that they may step out of through its edges and corners, to a rounding.
 TEST(ImplicitSurfaces, RaysAlongAxesAndDiagonals) {
   const Surface surface = implicit("sin(x)*cos(y)+sin(y)*cos(z)+sin(z)*cos(x)", box(4));
   std::mt19937 random(23);
