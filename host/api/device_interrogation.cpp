@@ -27,10 +27,11 @@ constexpr std::size_t points_in_tile = 1 << 20;
 // Capacity × rays, at 12 or 24 bytes. Threads wait for the last one at the end of a tile, so that halves of this cost a quarter more time; larger
 // ones gain little, and take long to be cleared once.
 constexpr std::size_t slots_in_tile = 1 << 21;
-constexpr int capacity_of_all = 8;   // hits per ray to begin with
-constexpr int most_remembered = 64;  // hits per ray that the next batch is expected to have as well
-constexpr double spare_rows = 1.05;  // how much more room there is than is expected to be needed
-constexpr int tile_rows = 4;         // rows of pixels that kernels take together
+constexpr int capacity_of_all = 8;         // hits per ray to begin with
+constexpr int most_remembered = 64;        // hits per ray that the next batch is expected to have as well
+constexpr double spare_rows = 1.05;        // how much more room there is than is expected to be needed
+constexpr std::size_t few_rows = 1 << 16;  // room that is not worth giving back
+constexpr int tile_rows = 4;               // rows of pixels that kernels take together
 
 struct BlockSum {
   std::int32_t hits, most, invalid, cut;
@@ -85,12 +86,26 @@ class DeviceInterrogation final : public Interrogation {
   void cast(const RayBatch& rays, const CastOptions& options, HitList& hits) override {
     find(rays, options, hits);
     if (rays.size() > 0) rows_per_ray_ = double(hits.size()) / double(rays.size());
+    give_back_spare(hits);
     HitDecision::decide(
         *model_, rays, options.hits,
         [&](const RayBatch& rest, HitList& found) { find(rest, {.hits = Hits::first, .tile = options.tile}, found); },
         hits);
     if (options.properties != 0)
       measure({hits.locations_, hits.coordinates_, {}}, options.properties, {}, hits.properties_);
+  }
+
+  // Where this batch has far fewer hits than the last one had.
+  static void give_back_spare(HitList& hits) {
+    const auto shrink = [](auto& column) {
+      if (column.capacity() / 2 > column.size() + few_rows) column.shrink_to_fit();
+    };
+    shrink(hits.rays_);
+    shrink(hits.t_);
+    shrink(hits.uncertainty_);
+    shrink(hits.status_);
+    shrink(hits.locations_);
+    shrink(hits.coordinates_);
   }
 
   // The hits as the device sees them.
