@@ -146,7 +146,7 @@ class DeviceInterrogation final : public Interrogation {
         continue;
       }
       if (!first_only) hits_seen_ = std::max({hits_seen_, most, 1});
-      order_rows(blocks, most, tile, rays.size(), capacity, hits, writing);
+      order_rows(blocks, most, tile, rays.size(), hits, writing);
       const std::size_t next = tile.first + tile.count;
       tile.count = 0;
       if (next < rays.size()) search(next);
@@ -387,8 +387,8 @@ class DeviceInterrogation final : public Interrogation {
   };
 
   // Appends the tile's hits, and its rays, to the list, in which there will be `ray_count` rays: they stand there after finish().
-  void order_rows(const std::vector<BlockSum>& blocks, int most, const Tile& tile, std::size_t ray_count, int capacity,
-                  HitList& hits, std::optional<TileRows>& rows) {
+  void order_rows(const std::vector<BlockSum>& blocks, int most, const Tile& tile, std::size_t ray_count, HitList& hits,
+                  std::optional<TileRows>& rows) {
     std::vector<std::uint32_t> starts(blocks.size());
     std::size_t count = 0;
     for (std::size_t i = 0; i < blocks.size(); i++) {
@@ -428,7 +428,6 @@ class DeviceInterrogation final : public Interrogation {
                                  .number = int(tile.first),
                                  .count = int(tile.count),
                                  .stride = int(tile.stride),
-                                 .capacity = capacity,
                                  .block = rays_in_block_,
                                  .before_low = std::int32_t(std::uint32_t(before)),
                                  .before_high = std::int32_t(before >> 32)},

@@ -165,7 +165,8 @@ void OpenclExecutor::require_memory(std::size_t bytes, bool counted, std::string
   }
 }
 
-// PoCL's kernels write the host's memory in place: once they have ended, mapping it (OpenCL 1.2, 5.4.3) would only wake threads. Mesa 22.3's rusticl does not, and damages the heap beside it.
+// PoCL's kernels write the host's memory in place: once they have ended, mapping it (OpenCL 1.2, 5.4.3) would only wake
+// threads. Mesa 22.3's rusticl does not, and damages the heap beside it.
 bool OpenclExecutor::writes_host_memory() const { return is_pocl_ && found_.info.shares_host_memory; }
 
 std::unique_ptr<DeviceBuffer> OpenclExecutor::allocate(std::size_t bytes, std::string_view purpose) {
