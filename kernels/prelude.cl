@@ -246,7 +246,8 @@ FN word load_word(Buffer b, integer i) { return GATHER(b, i); }
 FN integer load_integer(Buffer b, integer i) { return to_signed(load_word(b, i)); }
 FN real load_real(Buffer b, integer i) { return as_real(load_word(b, i)); }
 
-// Four consecutive reals on each lane, from start + i on. Whole rows and a transposition cost a quarter of four gathers.
+// Four consecutive reals on each lane, from start + i on, or from where table[at + lane] says, a multiple of four, and up to three more, which do not
+// count. Whole rows and a transposition cost a quarter of four gathers; places that stand in memory less than those in a vector.
 STRUCT(Row) { real at[4]; };
 #if LANES == 1
 FN Row load_row(Buffer b, int start, integer i) {
@@ -258,37 +259,41 @@ FN Row load_row(Buffer b, int start, integer i) {
   row.at[3] = v.s3;
   return row;
 }
+FN Row load_listed_row(Buffer b, Buffer table, int at) { return load_row(b, 0, (int)(table[at] & ~3u)); }
 #elif HAS_BUILTIN(__builtin_shufflevector)
-#define ROW_AT(lane) vload4(0, reals + i.lane)
+#define ROW_TRANSPOSED 1
+#define ROW_AT(lane) vload4(0, reals + i.s##lane)
+#define ROW_TO(lane, v) vstore4(v, 0, reals + i.s##lane)
+#define ROW_LISTED(lane) vload4(0, reals + (table[at + 0x##lane] & ~3u))
 #if LANES == 4
 #define ROW_LOW 0, 4, 1, 5
 #define ROW_HIGH 2, 6, 3, 7
 #define ROW_FRONT 0, 1, 4, 5
 #define ROW_BACK 2, 3, 6, 7
-#define ROW_ALL() \
-  real r0 = ROW_AT(s0), r1 = ROW_AT(s1), r2 = ROW_AT(s2), r3 = ROW_AT(s3)
+#define ROW_ALL(AT) AT(0), AT(1), AT(2), AT(3)
+#define ROW_STORE(r) ROW_TO(0, r[0]), ROW_TO(1, r[1]), ROW_TO(2, r[2]), ROW_TO(3, r[3])
 #elif LANES == 8
 #define ROW_LOW 0, 8, 1, 9, 4, 12, 5, 13
 #define ROW_HIGH 2, 10, 3, 11, 6, 14, 7, 15
 #define ROW_FRONT 0, 1, 8, 9, 4, 5, 12, 13
 #define ROW_BACK 2, 3, 10, 11, 6, 7, 14, 15
-#define ROW_ALL()                                                                                            \
-  real r0 = (real)(ROW_AT(s0), ROW_AT(s4)), r1 = (real)(ROW_AT(s1), ROW_AT(s5)), r2 = (real)(ROW_AT(s2), ROW_AT(s6)), \
-       r3 = (real)(ROW_AT(s3), ROW_AT(s7))
+#define ROW_GROUPS(AT, n, m) (real)(AT(n), AT(m))
+#define ROW_ALL(AT) ROW_GROUPS(AT, 0, 4), ROW_GROUPS(AT, 1, 5), ROW_GROUPS(AT, 2, 6), ROW_GROUPS(AT, 3, 7)
+#define ROW_GROUPS_TO(n, m, r) ROW_TO(n, (r).lo), ROW_TO(m, (r).hi)
+#define ROW_STORE(r) ROW_GROUPS_TO(0, 4, r[0]), ROW_GROUPS_TO(1, 5, r[1]), ROW_GROUPS_TO(2, 6, r[2]), ROW_GROUPS_TO(3, 7, r[3])
 #elif LANES == 16
 #define ROW_LOW 0, 16, 1, 17, 4, 20, 5, 21, 8, 24, 9, 25, 12, 28, 13, 29
 #define ROW_HIGH 2, 18, 3, 19, 6, 22, 7, 23, 10, 26, 11, 27, 14, 30, 15, 31
 #define ROW_FRONT 0, 1, 16, 17, 4, 5, 20, 21, 8, 9, 24, 25, 12, 13, 28, 29
 #define ROW_BACK 2, 3, 18, 19, 6, 7, 22, 23, 10, 11, 26, 27, 14, 15, 30, 31
-#define ROW_HALF(a, b) (float8)(ROW_AT(a), ROW_AT(b))
-#define ROW_ALL()                                                                                        \
-  real r0 = (real)(ROW_HALF(s0, s4), ROW_HALF(s8, sc)), r1 = (real)(ROW_HALF(s1, s5), ROW_HALF(s9, sd)), \
-       r2 = (real)(ROW_HALF(s2, s6), ROW_HALF(sa, se)), r3 = (real)(ROW_HALF(s3, s7), ROW_HALF(sb, sf))
+#define ROW_GROUPS(AT, n, m, o, p) (real)((float8)(AT(n), AT(m)), (float8)(AT(o), AT(p)))
+#define ROW_ALL(AT) ROW_GROUPS(AT, 0, 4, 8, c), ROW_GROUPS(AT, 1, 5, 9, d), ROW_GROUPS(AT, 2, 6, a, e), ROW_GROUPS(AT, 3, 7, b, f)
+#define ROW_GROUPS_TO(n, m, o, p, r) ROW_TO(n, (r).lo.lo), ROW_TO(m, (r).lo.hi), ROW_TO(o, (r).hi.lo), ROW_TO(p, (r).hi.hi)
+#define ROW_STORE(r) \
+  ROW_GROUPS_TO(0, 4, 8, c, r[0]), ROW_GROUPS_TO(1, 5, 9, d, r[1]), ROW_GROUPS_TO(2, 6, a, e, r[2]), ROW_GROUPS_TO(3, 7, b, f, r[3])
 #endif
-FN Row load_row(Buffer b, int start, integer i) {
-  __global float* reals = (__global float*)b + start;
-  // Lane 4n+m stands in group n of r<m>; each group is transposed by itself.
-  ROW_ALL();
+// Lane 4n+m stands in group n of r<m>; each group is transposed by itself.
+FN Row row_transposed(real r0, real r1, real r2, real r3) {
   real low_01 = __builtin_shufflevector(r0, r1, ROW_LOW);
   real high_01 = __builtin_shufflevector(r0, r1, ROW_HIGH);
   real low_23 = __builtin_shufflevector(r2, r3, ROW_LOW);
@@ -300,6 +305,14 @@ FN Row load_row(Buffer b, int start, integer i) {
   row.at[3] = __builtin_shufflevector(high_01, high_23, ROW_BACK);
   return row;
 }
+FN Row load_row(Buffer b, int start, integer i) {
+  __global float* reals = (__global float*)b + start;
+  return row_transposed(ROW_ALL(ROW_AT));
+}
+FN Row load_listed_row(Buffer b, Buffer table, int at) {
+  __global float* reals = (__global float*)b;
+  return row_transposed(ROW_ALL(ROW_LISTED));
+}
 #else
 FN Row load_row(Buffer b, int start, integer i) {
   Row row;
@@ -308,6 +321,9 @@ FN Row load_row(Buffer b, int start, integer i) {
   row.at[2] = load_real(b + start, i + 2);
   row.at[3] = load_real(b + start, i + 3);
   return row;
+}
+FN Row load_listed_row(Buffer b, Buffer table, int at) {
+  return load_row(b, 0, JOIN(as_int, LANES)(JOIN(vload, LANES)(0, table + at) & ~3u));
 }
 #endif
 
@@ -393,6 +409,19 @@ FN void store_word(Buffer b, integer i, word v, mask m) {
 #endif
 FN void store_integer(Buffer b, integer i, integer v, mask m) { store_word(b, i, to_word(v), m); }
 FN void store_real(Buffer b, integer i, real v, mask m) { store_word(b, i, as_word(v), m); }
+
+// Four consecutive reals on each lane in m, as load_row reads them.
+FN void store_row(Buffer b, int start, integer i, Row row, mask m) {
+#ifdef ROW_TRANSPOSED
+  if (!any_lane(!m)) {
+    __global float* reals = (__global float*)b + start;
+    Row lanes = row_transposed(row.at[0], row.at[1], row.at[2], row.at[3]);
+    ROW_STORE(lanes.at);
+    return;
+  }
+#endif
+  for (int k = 0; k < 4; k++) store_real(b + start, i + k, row.at[k], m);
+}
 #define uniform_word(i) ((uint)(i))
 #define to_plain_signed(w) ((int)(w))
 #define store_uniform_word(b, i, v) ((b)[i] = (v))

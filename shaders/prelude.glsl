@@ -95,7 +95,7 @@ word load_word(Buffer b, integer i) { return b.words[i]; }
 integer load_integer(Buffer b, integer i) { return int(b.words[i]); }
 real load_real(Buffer b, integer i) { return uintBitsToFloat(b.words[i]); }
 
-// Four consecutive reals, from start + i on.
+// Four consecutive reals, from start + i on, or from where table[at] says, a multiple of four, and up to three more, which do not count.
 STRUCT(Row) { real at[4]; };
 Row load_row(Buffer b, int start, integer i) {
   Row row;
@@ -105,6 +105,7 @@ Row load_row(Buffer b, int start, integer i) {
   row.at[3] = load_real(b, start + i + 3);
   return row;
 }
+Row load_listed_row(Buffer b, Buffer table, int at) { return load_row(b, 0, int(table.words[at] & ~3u)); }
 
 #define load_fours(b, start, i) load_real(b, (start) + (i))
 #define store_fours(b, start, i, v) ((b).words[(start) + (i)] = (v))
@@ -124,6 +125,9 @@ void store_word(Buffer b, integer i, word v, mask m) {
 }
 void store_integer(Buffer b, integer i, integer v, mask m) { store_word(b, i, uint(v), m); }
 void store_real(Buffer b, integer i, real v, mask m) { store_word(b, i, floatBitsToUint(v), m); }
+void store_row(Buffer b, int start, integer i, Row row, mask m) {
+  for (int k = 0; k < 4; k++) store_real(b, start + i + k, row.at[k], m);
+}
 #define store_uniform_word(b, i, v) ((b).words[i] = (v))
 #define uniform_word(i) uint(i)
 #define to_plain_signed(w) int(w)

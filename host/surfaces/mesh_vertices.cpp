@@ -365,7 +365,7 @@ MeshRings plan_rings(const Mesh& mesh, std::span<const uint32_t> corners, std::s
         entries = ring.entries.size();
         begin[i] = uint32_t(part.rings.size() + 1);
         for (const std::size_t word : {ring.fan, ring.points, entries}) part.rings.push_back(uint32_t(word));
-        part.rings.insert(part.rings.end(), ring.entries.begin(), ring.entries.end());
+        for (const uint32_t entry : ring.entries) part.rings.push_back(4 * std::min(entry, ~entry) + (entry > ~entry));
       }
       rows[i] = uint32_t(MESH_RING_HEAD + entries);
       keys[i] = uint32_t(std::clamp<std::size_t>(fan, 5, 5 + fan_keys - 1) - 5) * uint32_t(entry_keys) +

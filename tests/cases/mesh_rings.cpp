@@ -53,9 +53,9 @@ std::vector<Ring> read_rings(Executor& executor, const Mesh& mesh) {
     Ring& ring = rings[vertex];
     std::uint32_t last = 0;
     for (std::uint32_t i = 0; i < end; i++) {
-      const std::uint32_t entry = head[(MESH_RING_HEAD + i) * MESH_SLICE], number = std::min(entry, ~entry);
+      const std::uint32_t entry = head[(MESH_RING_HEAD + i) * MESH_SLICE], number = entry / 4;
       EXPECT_LT(number, count) << "vertex " << vertex << ", entry " << i;
-      if (i < fan && entry == number) ring.triangles.push_back({vertex, last, number});
+      if (i < fan && entry % 4 == 0) ring.triangles.push_back({vertex, last, number});
       if (i >= points) ring.points.push_back(number);
       last = number;
     }
