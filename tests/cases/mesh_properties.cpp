@@ -296,6 +296,44 @@ TEST(MeshProperties, GaussBonnet) {
   }
 }
 
+// The Gauss curvature measure of the vertex normals, K times area of the surface that they belong to: of each triangle the solid angle of its three
+// normals (Lachaud, Romon, Thibert, Coeurjolly 2020; the angle by Van Oosterom and Strackee 1983).
+double total_gauss_measure(const Mesh& mesh, const std::vector<dvec3>& normals) {
+  double sum = 0;
+  for (const glm::uvec3& face : mesh.faces()) {
+    const dvec3 a = normals[face.x], b = normals[face.y], c = normals[face.z];
+    sum += 2 * std::atan2(glm::dot(a, glm::cross(b, c)), 1 + glm::dot(a, b) + glm::dot(b, c) + glm::dot(c, a));
+  }
+  return sum;
+}
+
+// It adds up to 2π·χ on coarse meshes, too, as long as no triangle's normals are half a sphere apart.
+TEST(MeshProperties, GaussBonnetOfNormals) {
+  std::vector<std::pair<std::string, Mesh>> meshes;
+  meshes.emplace_back("sphere 1", sphere_mesh(1, 1));
+  meshes.emplace_back("sphere 4", sphere_mesh(1, 4));
+  meshes.emplace_back("torus 12 x 5", torus_mesh(3, 1, 12, 5));
+  meshes.emplace_back("torus 96 x 32", torus_mesh(3, 1, 96, 32));
+  meshes.emplace_back("box", box_mesh(glm::vec3(0), glm::vec3(1), 7));
+  if (has_shared_data("meshes")) {
+    for (const std::string name :
+         {"cgal_elephant.off", "cgal_ellipe0.003.off", "cgal_knot2.off", "cgal_sphere966.off", "libigl_bunny.off"})
+      meshes.emplace_back(name, load_mesh(shared_data("meshes/" + name)));
+  }
+  for (const TestDevice& device : test_devices()) {
+    for (const auto& [name, mesh] : meshes) {
+      if (device.slow && mesh.vertex_count() > 2000) continue;
+      ASSERT_TRUE(mesh.topology().closed) << name;
+      const PointProperties p = vertex_properties(device.device, mesh, std::uint32_t(Property::normal));
+      std::vector<dvec3> normals(p.normal.begin(), p.normal.end());
+      for (dvec3& normal : normals) normal = glm::normalize(normal);
+      const double truth = 2 * pi * double(mesh.topology().euler_characteristic),
+                   total = total_gauss_measure(mesh, normals);
+      EXPECT_NEAR(total, truth, 1e-3) << name << ", " << device.label;
+    }
+  }
+}
+
 // ---- Statuses, as the reference tells them
 
 struct Named {
