@@ -20,13 +20,11 @@ MeshRingTables make_rings(Executor& executor, const Mesh& mesh, float unit) {
   const std::string_view purpose = "fans of the vertices of a mesh";
   tables.fans = TypedBuffer<std::uint32_t>(executor, MESH_FAN_WORDS * count, purpose);
   tables.links = TypedBuffer<std::uint32_t>(executor, MESH_FAN_WORDS * count, purpose);
-  tables.fan_places = TypedBuffer<std::uint32_t>(executor, 3 * mesh.face_count(), purpose);
   tables.sizes = TypedBuffer<std::uint32_t>(executor, count, purpose);
   launch(executor, Program{KernelId::mesh_fans, {}, {}},
          arguments::mesh_fans{.corners = tables.corners.get(),
                               .fans = tables.fans.get(),
                               .links = tables.links.get(),
-                              .fan_places = tables.fan_places.get(),
                               .sizes = tables.sizes.get(),
                               .count = int(count)},
          count);
@@ -40,7 +38,6 @@ MeshRingTables make_rings(Executor& executor, const Mesh& mesh, float unit) {
   launch(executor, Program{KernelId::mesh_rings, {}, {}},
          arguments::mesh_rings{.fans = tables.fans.get(),
                                .links = tables.links.get(),
-                               .fan_places = tables.fan_places.get(),
                                .sizes = tables.sizes.get(),
                                .plan = tables.plan.get(),
                                .rings = tables.rings.get(),
