@@ -422,6 +422,19 @@ FN void store_row(Buffer b, int start, integer i, Row row, mask m) {
 #endif
   for (int k = 0; k < 4; k++) store_real(b + start, i + k, row.at[k], m);
 }
+// The same of integers.
+STRUCT(IntegerRow) { integer at[4]; };
+FN IntegerRow load_integer_row(Buffer b, int start, integer i) {
+  Row row = load_row(b, start, i);
+  IntegerRow integers;
+  for (int k = 0; k < 4; k++) integers.at[k] = to_signed(as_word(row.at[k]));
+  return integers;
+}
+FN void store_integer_row(Buffer b, int start, integer i, IntegerRow integers, mask m) {
+  Row row;
+  for (int k = 0; k < 4; k++) row.at[k] = as_real(to_word(integers.at[k]));
+  store_row(b, start, i, row, m);
+}
 #define uniform_word(i) ((uint)(i))
 #define to_plain_signed(w) ((int)(w))
 #define store_uniform_word(b, i, v) ((b)[i] = (v))

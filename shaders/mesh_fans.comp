@@ -4,10 +4,10 @@
 layout(local_size_x = GROUP) in;
 
 layout(push_constant) uniform Arguments {
-  Buffer corners, fans, links, sizes;
+  Buffer corners, fans, sizes;
   int count;
 };
 
 void main() {
-  mesh_fans_of(corners, fans, links, sizes, lane_items(item_index()), count);
+  mesh_fans_of(corners, fans, sizes, lane_items(item_index()), count);
 }

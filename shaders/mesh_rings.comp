@@ -4,10 +4,10 @@
 layout(local_size_x = GROUP) in;
 
 layout(push_constant) uniform Arguments {
-  Buffer fans, links, sizes, plan, rings;
+  Buffer fans, sizes, plan, rings;
   int count;
 };
 
 void main() {
-  mesh_rings_of(fans, links, sizes, plan, rings, lane_items(item_index()), count);
+  mesh_rings_of(fans, sizes, plan, rings, lane_items(item_index()), count);
 }

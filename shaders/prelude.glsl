@@ -128,6 +128,16 @@ void store_real(Buffer b, integer i, real v, mask m) { store_word(b, i, floatBit
 void store_row(Buffer b, int start, integer i, Row row, mask m) {
   for (int k = 0; k < 4; k++) store_real(b, start + i + k, row.at[k], m);
 }
+// The same of integers.
+STRUCT(IntegerRow) { integer at[4]; };
+IntegerRow load_integer_row(Buffer b, int start, integer i) {
+  IntegerRow row;
+  for (int k = 0; k < 4; k++) row.at[k] = load_integer(b, start + i + k);
+  return row;
+}
+void store_integer_row(Buffer b, int start, integer i, IntegerRow row, mask m) {
+  for (int k = 0; k < 4; k++) store_integer(b, start + i + k, row.at[k], m);
+}
 #define store_uniform_word(b, i, v) ((b).words[i] = (v))
 #define uniform_word(i) uint(i)
 #define to_plain_signed(w) int(w)

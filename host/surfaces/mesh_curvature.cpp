@@ -19,15 +19,12 @@ MeshRingTables make_rings(Executor& executor, const Mesh& mesh, float unit) {
   tables.corners = share(tables.host_corners, "triangles about the vertices of a mesh");
   const std::string_view purpose = "fans of the vertices of a mesh";
   tables.fans = TypedBuffer<std::uint32_t>(executor, MESH_FAN_WORDS * count, purpose);
-  tables.links = TypedBuffer<std::uint32_t>(executor, MESH_FAN_WORDS * count, purpose);
   tables.sizes = TypedBuffer<std::uint32_t>(executor, count, purpose);
-  launch(executor, Program{KernelId::mesh_fans, {}, {}},
-         arguments::mesh_fans{.corners = tables.corners.get(),
-                              .fans = tables.fans.get(),
-                              .links = tables.links.get(),
-                              .sizes = tables.sizes.get(),
-                              .count = int(count)},
-         count);
+  launch(
+      executor, Program{KernelId::mesh_fans, {}, {}},
+      arguments::mesh_fans{
+          .corners = tables.corners.get(), .fans = tables.fans.get(), .sizes = tables.sizes.get(), .count = int(count)},
+      count);
   Values<std::uint32_t> sizes(count);
   tables.sizes.read(sizes);
   tables.planned = plan_rings(mesh, tables.host_corners, sizes, unit);
@@ -36,12 +33,13 @@ MeshRingTables make_rings(Executor& executor, const Mesh& mesh, float unit) {
   tables.rings =
       TypedBuffer<std::uint32_t>(executor, tables.planned.ring_words, "neighbours of the vertices of a mesh");
   launch(executor, Program{KernelId::mesh_rings, {}, {}},
-         arguments::mesh_rings{.fans = tables.fans.get(),
-                               .links = tables.links.get(),
-                               .sizes = tables.sizes.get(),
-                               .plan = tables.plan.get(),
-                               .rings = tables.rings.get(),
-                               .count = int(count)},
+         arguments::mesh_rings{
+             .fans = tables.fans.get(),
+             .sizes = tables.sizes.get(),
+             .plan = tables.plan.get(),
+             .rings = tables.rings.get(),
+             .count = int(count),
+         },
          count);
   return tables;
 }

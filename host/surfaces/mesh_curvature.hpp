@@ -16,7 +16,7 @@ struct MeshRingTables {
   Values<std::uint32_t> host_corners;
   MeshRings planned;
   std::unique_ptr<DeviceBuffer> corners, places, plan;  // on the above, where the device can use the host's memory
-  TypedBuffer<std::uint32_t> fans, links, sizes, rings;
+  TypedBuffer<std::uint32_t> fans, sizes, rings;
 };
 
 // Queues what makes them, in lengths of 1 / `unit` (mesh_unit).

@@ -9,7 +9,6 @@
 #include <cstring>
 #include <numeric>
 #include <span>
-#include <thread>
 #include <vector>
 
 #include "mesh_parameters.inc"
@@ -29,8 +28,7 @@ constexpr std::size_t fewest_about = 4;        // neighbours of a vertex that pa
 constexpr std::size_t vertices_in_task = 256;  // whole slices
 constexpr std::size_t fan_keys = 8,
                       entry_keys = 32;  // of what vertices are sorted by: fans from 5 entries on, rings from 10
-constexpr std::size_t faces_in_part = std::size_t(1) << 17;  // fewer are not worth a thread
-constexpr unsigned most_parts = 8;                           // each with a table of counts
+constexpr std::size_t faces_for_threads = 20'000;  // fewer are not worth a thread
 
 void require_room(std::size_t words, const Mesh& mesh) {
   constexpr std::size_t most = (std::size_t(1) << 31) - 1;
@@ -44,18 +42,20 @@ void require_room(std::size_t words, const Mesh& mesh) {
 // A triangle at one of its corners.
 struct Pair {
   uint32_t from, to;  // the other two corners, in order
-  uint32_t link;      // where the triangle stands among those of `from`
 };
 
 // The corners of a mesh by vertex (mesh_parameters.inc).
 class Pairs {
  public:
   Pairs(std::span<const uint32_t> corners, std::size_t vertices)
-      : first_(corners.data()), triangles_(corners.data() + vertices + 1) {}
-  std::size_t size(uint32_t vertex) const { return first_[vertex + 1] - first_[vertex]; }
+      : first_(corners.data()),
+        second_(first_ + vertices + 1),
+        triangles_(first_ + MESH_CORNER_PARTS * (vertices + 1)) {}
+  std::size_t size(uint32_t vertex) const { return in_first(vertex) + second_[vertex + 1] - second_[vertex]; }
   Pair at(uint32_t vertex, std::size_t i) const {
-    const uint32_t* words = triangles_ + 3 * (first_[vertex] + i);
-    return {words[0], words[1], words[2]};
+    const std::size_t here = in_first(vertex);
+    const uint32_t* words = triangles_ + 2 * (i < here ? first_[vertex] + i : second_[vertex] + (i - here));
+    return {words[0], words[1]};
   }
   std::vector<Pair> operator[](uint32_t vertex) const { return first(vertex, size(vertex)); }
   std::vector<Pair> first(uint32_t vertex, std::size_t count) const {
@@ -65,7 +65,10 @@ class Pairs {
   }
 
  private:
+  std::size_t in_first(uint32_t vertex) const { return first_[vertex + 1] - first_[vertex]; }
+
   const uint32_t* first_;
+  const uint32_t* second_;
   const uint32_t* triangles_;
 };
 
@@ -295,47 +298,43 @@ float mesh_unit(const Mesh& mesh) {
 Values<uint32_t> corners_by_vertex(const Mesh& mesh) {
   const std::size_t count = mesh.vertex_count();
   const auto faces = mesh.faces();
-  require_room(std::max(9 * faces.size() + count + 1, MESH_VERTEX_WORDS * count), mesh);
-  Values<uint32_t> corners(count + 1 + 9 * faces.size());
-  uint32_t* const first = corners.data();
-  uint32_t* const triangles = first + count + 1;
-  // Parts of the faces count by themselves, and know then where theirs begin at each vertex: the order is that of the faces.
-  const std::size_t parts = std::clamp<std::size_t>(faces.size() / faces_in_part, 1,
-                                                    std::clamp(std::thread::hardware_concurrency(), 1u, most_parts));
-  const auto begin_of = [&](std::size_t part) { return part * faces.size() / parts; };
-  std::vector<std::vector<uint32_t>> next(parts);
-  parallel_for(parts, [&](std::size_t part) {
-    next[part].resize(count);
-    uint32_t* const counts = next[part].data();
-    for (std::size_t i = begin_of(part); i < begin_of(part + 1); i++)
-      counts[faces[i].x]++, counts[faces[i].y]++, counts[faces[i].z]++;
-  });
-  uint32_t sum = 0;
-  for (std::size_t v = 0; v < count; v++) {
-    first[v] = sum;
-    for (std::vector<uint32_t>& counts : next) {
-      const uint32_t here = counts[v];
-      counts[v] = sum;
-      sum += here;
+  const std::size_t begins = MESH_CORNER_PARTS * (count + 1);
+  const std::size_t words = begins + 6 * faces.size() + 2;
+  require_room(std::max(words, MESH_VERTEX_WORDS * count), mesh);
+  Values<uint32_t> corners(words);
+  uint32_t* const triangles = corners.data() + begins;
+  Values<uint32_t> next_of_parts(MESH_CORNER_PARTS * count);
+  // Threads that wrote to the same lines of memory would wait for each other, so each part has its own tables.
+  const auto make_part = [&](std::size_t part) {
+    const std::size_t begin = part * faces.size() / MESH_CORNER_PARTS,
+                      end = (part + 1) * faces.size() / MESH_CORNER_PARTS;
+    uint32_t* const first = corners.data() + part * (count + 1);
+    const auto next = std::span(next_of_parts).subspan(part * count, count);
+    std::ranges::fill(next, 0);
+    for (const glm::uvec3& face : faces.subspan(begin, end - begin)) next[face.x]++, next[face.y]++, next[face.z]++;
+    uint32_t sum = uint32_t(3 * begin);
+    for (std::size_t v = 0; v < count; v++) {
+      first[v] = sum;
+      sum += next[v];
+      next[v] = first[v];
     }
-  }
-  first[count] = sum;
-  parallel_for(parts, [&](std::size_t part) {
-    uint32_t* const to = next[part].data();
-    for (std::size_t i = begin_of(part); i < begin_of(part + 1); i++) {
-      const glm::uvec3 f = faces[i];
-      const uint32_t x = to[f.x]++, y = to[f.y]++, z = to[f.z]++;
-      const auto put = [&](uint32_t at, uint32_t from, uint32_t end, uint32_t link) {
-        uint32_t* const words = triangles + 3 * std::size_t(at);
+    first[count] = sum;
+    for (const glm::uvec3& face : faces.subspan(begin, end - begin)) {
+      const auto put = [&](uint32_t corner, uint32_t from, uint32_t to) {
+        uint32_t* const words = triangles + 2 * std::size_t(next[corner]++);
         words[0] = from;
-        words[1] = end;
-        words[2] = link;
+        words[1] = to;
       };
-      put(x, f.y, f.z, y);
-      put(y, f.z, f.x, z);
-      put(z, f.x, f.y, x);
+      put(face.x, face.y, face.z);
+      put(face.y, face.z, face.x);
+      put(face.z, face.x, face.y);
     }
-  });
+  };
+  if (faces.size() < faces_for_threads) {
+    for (std::size_t part = 0; part < MESH_CORNER_PARTS; part++) make_part(part);
+  } else {
+    parallel_for(MESH_CORNER_PARTS, make_part);
+  }
   return corners;
 }
 
