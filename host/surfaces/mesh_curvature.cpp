@@ -11,12 +11,12 @@ namespace smurf {
 
 MeshRingTables make_rings(Executor& executor, const Mesh& mesh, float unit) {
   const std::size_t count = mesh.vertex_count();
-  const auto share = [&](const Values<std::uint32_t>& words, std::string_view purpose) {
-    return executor.share(words.data(), words.size() * sizeof(std::uint32_t), purpose);
+  const auto share = [&](const auto& values, std::string_view purpose) {
+    return executor.share(values.data(), values.size() * sizeof(values[0]), purpose);
   };
   MeshRingTables tables;
-  tables.host_corners = corners_by_vertex(mesh);
-  tables.corners = share(tables.host_corners, "triangles about the vertices of a mesh");
+  tables.made = corners_by_vertex(mesh, unit);
+  tables.corners = share(tables.made.corners, "triangles about the vertices of a mesh");
   const std::string_view purpose = "fans of the vertices of a mesh";
   tables.fans = TypedBuffer<std::uint32_t>(executor, MESH_FAN_WORDS * count, purpose);
   tables.sizes = TypedBuffer<std::uint32_t>(executor, count, purpose);
@@ -25,10 +25,15 @@ MeshRingTables make_rings(Executor& executor, const Mesh& mesh, float unit) {
       arguments::mesh_fans{
           .corners = tables.corners.get(), .fans = tables.fans.get(), .sizes = tables.sizes.get(), .count = int(count)},
       count);
+  const TypedBuffer<std::uint32_t> ring_sizes(executor, count, "sizes of the rings of a mesh");
+  launch(executor, Program{KernelId::mesh_ring_sizes, {}, {}},
+         arguments::mesh_ring_sizes{
+             .fans = tables.fans.get(), .sizes = tables.sizes.get(), .rings = ring_sizes.get(), .count = int(count)},
+         count);
   Values<std::uint32_t> sizes(count);
-  tables.sizes.read(sizes);
-  tables.planned = plan_rings(mesh, tables.host_corners, sizes, unit);
-  tables.places = share(tables.planned.places, "places of the vertices of a mesh");
+  ring_sizes.read(sizes);
+  tables.planned = plan_rings(mesh, tables.made, sizes);
+  tables.places = share(tables.made.places, "places of the vertices of a mesh");
   tables.plan = share(tables.planned.plan, "neighbours of the vertices of a mesh");
   tables.rings =
       TypedBuffer<std::uint32_t>(executor, tables.planned.ring_words, "neighbours of the vertices of a mesh");

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -21,14 +22,13 @@ namespace {
 using std::uint32_t;
 using std::uint64_t;
 
-constexpr std::size_t fewest_points = 12;      // a fit goes on beyond two rings until it has so many,
-constexpr std::size_t most_points = 64;        // and takes no more than these beyond the first ring
+constexpr std::size_t fewest_points = MESH_RING_FEWEST;  // a fit goes on beyond two rings until it has so many,
+constexpr std::size_t most_points = MESH_RING_MOST - 1;  // and takes no more than these beyond the first ring
 constexpr std::size_t most_passed_on = 32;     // a vertex with more neighbours is the hub of a fan: it leads no further
-constexpr std::size_t fewest_about = 4;        // neighbours of a vertex that passes on its fan
 constexpr std::size_t vertices_in_task = 256;  // whole slices
-constexpr std::size_t fan_keys = 8,
-                      entry_keys = 32;  // of what vertices are sorted by: fans from 5 entries on, rings from 10
-constexpr std::size_t faces_for_threads = 20'000;  // fewer are not worth a thread
+constexpr uint32_t fan_keys = 8, entry_keys = 32;                                  // of what vertices are sorted by,
+constexpr uint32_t least_fan = 5, least_entries = 10;                              // from these on
+constexpr std::size_t faces_for_threads = 20'000, vertices_for_threads = 200'000;  // fewer are not worth a thread
 
 void require_room(std::size_t words, const Mesh& mesh) {
   constexpr std::size_t most = (std::size_t(1) << 31) - 1;
@@ -265,25 +265,12 @@ struct Part {
   std::vector<uint32_t> rings;  // made here: head and entries
 };
 
-// Which vertices, from `first` on, stand at which place: in the order of how far their fans and then their rings reach, so that lanes end together.
-void sort_by_ring(std::span<const uint32_t> keys, uint32_t first, std::span<uint32_t> order) {
+// Which vertex stands at which place: in the order of how far their fans and then their rings reach, so that lanes end together.
+void sort_by_ring(std::span<const uint32_t> keys, std::span<uint32_t> order) {
   std::array<uint32_t, fan_keys * entry_keys + 1> begin{};
   for (const uint32_t key : keys) begin[key + 1]++;
   std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  for (std::size_t i = 0; i < keys.size(); i++) order[begin[keys[i]]++] = first + uint32_t(i);
-}
-
-// How many entries the ring of a vertex has that the device makes, or 0 where it cannot.
-std::size_t entries_made(const Pairs& pairs, std::span<const std::uint8_t> sizes, uint32_t vertex) {
-  const std::size_t size = sizes[vertex];
-  if (size == 0) return 0;
-  std::size_t sum = 1 + size, least = MESH_FAN_MOST;
-  for (std::size_t i = 0; i < size; i++) {
-    const std::size_t other = sizes[pairs.at(vertex, i).from];
-    least = std::min(least, other);
-    sum += other - fewest_about;
-  }
-  return least >= fewest_about && sum >= fewest_points && sum - 1 <= most_points ? sum : 0;
+  for (std::size_t i = 0; i < keys.size(); i++) order[begin[keys[i]]++] = uint32_t(i);
 }
 
 }  // namespace
@@ -295,23 +282,26 @@ float mesh_unit(const Mesh& mesh) {
   return std::ldexp(1.0f, std::clamp(-std::ilogb(size), -126, 126));
 }
 
-Values<uint32_t> corners_by_vertex(const Mesh& mesh) {
+MeshCorners corners_by_vertex(const Mesh& mesh, float unit) {
   const std::size_t count = mesh.vertex_count();
   const auto faces = mesh.faces();
+  const auto positions = mesh.vertices();
   const std::size_t begins = MESH_CORNER_PARTS * (count + 1);
   const std::size_t words = begins + 6 * faces.size() + 2;
   require_room(std::max(words, MESH_VERTEX_WORDS * count), mesh);
-  Values<uint32_t> corners(words);
-  uint32_t* const triangles = corners.data() + begins;
+  MeshCorners result = {Values<uint32_t>(words), Values<glm::vec4>(count)};
+  uint32_t* const triangles = result.corners.data() + begins;
   Values<uint32_t> next_of_parts(MESH_CORNER_PARTS * count);
   // Threads that wrote to the same lines of memory would wait for each other, so each part has its own tables.
   const auto make_part = [&](std::size_t part) {
-    const std::size_t begin = part * faces.size() / MESH_CORNER_PARTS,
-                      end = (part + 1) * faces.size() / MESH_CORNER_PARTS;
-    uint32_t* const first = corners.data() + part * (count + 1);
+    const auto share_of = [&](std::size_t number) { return part * number / MESH_CORNER_PARTS; };
+    const auto share_end = [&](std::size_t number) { return (part + 1) * number / MESH_CORNER_PARTS; };
+    const std::size_t begin = share_of(faces.size()), end = share_end(faces.size());
+    const auto own_faces = faces.subspan(begin, end - begin);
+    uint32_t* const first = result.corners.data() + part * (count + 1);
     const auto next = std::span(next_of_parts).subspan(part * count, count);
     std::ranges::fill(next, 0);
-    for (const glm::uvec3& face : faces.subspan(begin, end - begin)) next[face.x]++, next[face.y]++, next[face.z]++;
+    for (const glm::uvec3& face : own_faces) next[face.x]++, next[face.y]++, next[face.z]++;
     uint32_t sum = uint32_t(3 * begin);
     for (std::size_t v = 0; v < count; v++) {
       first[v] = sum;
@@ -319,7 +309,9 @@ Values<uint32_t> corners_by_vertex(const Mesh& mesh) {
       next[v] = first[v];
     }
     first[count] = sum;
-    for (const glm::uvec3& face : faces.subspan(begin, end - begin)) {
+    // Written in turn first: a core gets lines that others have read much faster so than line by line from anywhere.
+    std::fill(triangles + 6 * begin, triangles + 6 * end, 0);
+    for (const glm::uvec3& face : own_faces) {
       const auto put = [&](uint32_t corner, uint32_t from, uint32_t to) {
         uint32_t* const words = triangles + 2 * std::size_t(next[corner]++);
         words[0] = from;
@@ -329,83 +321,86 @@ Values<uint32_t> corners_by_vertex(const Mesh& mesh) {
       put(face.y, face.z, face.x);
       put(face.z, face.x, face.y);
     }
+    for (std::size_t v = share_of(count); v < share_end(count); v++)
+      result.places[v] = glm::vec4(unit * positions[v], 0.0f);
   };
   if (faces.size() < faces_for_threads) {
     for (std::size_t part = 0; part < MESH_CORNER_PARTS; part++) make_part(part);
   } else {
     parallel_for(MESH_CORNER_PARTS, make_part);
   }
-  return corners;
+  return result;
 }
 
-MeshRings plan_rings(const Mesh& mesh, std::span<const uint32_t> corners, std::span<const uint32_t> fan_sizes,
-                     float unit) {
+MeshRings plan_rings(const Mesh& mesh, MeshCorners& corners, std::span<const uint32_t> ring_sizes) {
   const std::size_t count = mesh.vertex_count(), slices = (count + MESH_SLICE - 1) / MESH_SLICE;
-  const Pairs pairs(corners, count);
-  const std::vector<std::uint8_t> sizes(fan_sizes.begin(), fan_sizes.end());
+  const Pairs pairs(corners.corners, count);
   MeshRings result;
-  result.places.resize(4 * count);
-  std::vector<uint32_t> order(count), given(count);  // by place
+  result.plan.resize(slices + 1 + count);
+  const auto order = std::span(result.plan).subspan(slices + 1, count);
   std::vector<Part> parts((count + vertices_in_task - 1) / vertices_in_task);
-  const auto positions = mesh.vertices();
-  parallel_for(parts.size(), [&](std::size_t task) {
+  const auto plan_part = [&](std::size_t task) {
     Part& part = parts[task];
-    RingFinder finder(mesh, pairs);
+    std::optional<RingFinder> finder;
     const std::size_t first = task * vertices_in_task, number = std::min(vertices_in_task, count - first);
-    std::vector<uint32_t> keys(number), rows(number), begin(number);
+    std::array<uint32_t, vertices_in_task> keys, rows;
+    std::array<uint32_t, vertices_in_task> words;  // of the plan
     for (std::size_t i = 0; i < number; i++) {
-      const std::size_t v = first + i;
-      std::size_t fan = sizes[v] + 1u, entries = entries_made(pairs, sizes, uint32_t(v));
-      int state = 0;
+      const uint32_t v = uint32_t(first + i);
+      uint32_t fan = ring_sizes[v] % MESH_RING_ENTRIES, entries = ring_sizes[v] / MESH_RING_ENTRIES;
+      words[i] = v;
       if (entries == 0) {
-        const Ring& ring = finder.find(uint32_t(v));
-        state = ring.state;
-        fan = ring.fan;
-        entries = ring.entries.size();
-        begin[i] = uint32_t(part.rings.size() + 1);
-        for (const std::size_t word : {ring.fan, ring.points, entries}) part.rings.push_back(uint32_t(word));
+        if (!finder) finder.emplace(mesh, pairs);
+        const Ring& ring = finder->find(v);
+        corners.places[v].w = float(ring.state);
+        fan = uint32_t(ring.fan);
+        entries = uint32_t(ring.entries.size());
+        words[i] = ~uint32_t(part.rings.size());
+        part.rings.insert(part.rings.end(), {fan, uint32_t(ring.points), entries, v});
         for (const uint32_t entry : ring.entries) part.rings.push_back(4 * std::min(entry, ~entry) + (entry > ~entry));
       }
-      rows[i] = uint32_t(MESH_RING_HEAD + entries);
-      keys[i] = uint32_t(std::clamp<std::size_t>(fan, 5, 5 + fan_keys - 1) - 5) * uint32_t(entry_keys) +
-                uint32_t(std::clamp<std::size_t>(entries, 10, 10 + entry_keys - 1) - 10);
-      for (int axis = 0; axis < 3; axis++)
-        result.places[4 * v + std::size_t(axis)] = std::bit_cast<uint32_t>(unit * positions[v][axis]);
-      result.places[4 * v + 3] = std::bit_cast<uint32_t>(float(state));
+      rows[i] = MESH_RING_HEAD + entries;
+      keys[i] = (std::clamp(fan, least_fan, least_fan + fan_keys - 1) - least_fan) * entry_keys +
+                (std::clamp(entries, least_entries, least_entries + entry_keys - 1) - least_entries);
     }
-    const auto sorted = std::span(order).subspan(first, number);
-    sort_by_ring(keys, uint32_t(first), sorted);
+    std::array<uint32_t, vertices_in_task> sorted;
+    sort_by_ring(std::span(keys).first(number), sorted);
     for (std::size_t i = 0; i < number; i++) {
-      const std::size_t vertex = sorted[i] - first;
-      given[first + i] = begin[vertex];
+      order[first + i] = words[sorted[i]];
       if (i % MESH_SLICE == 0) part.rows.push_back(MESH_RING_HEAD);
-      part.rows.back() = std::max(part.rows.back(), rows[vertex]);
+      part.rows.back() = std::max(part.rows.back(), rows[sorted[i]]);
     }
-  });
+  };
+  if (count < vertices_for_threads && std::ranges::count(ring_sizes, 0u) < std::ptrdiff_t(vertices_in_task)) {
+    for (std::size_t task = 0; task < parts.size(); task++) plan_part(task);
+  } else {
+    parallel_for(parts.size(), plan_part);
+  }
 
-  std::size_t words = slices + 1 + 2 * count;
-  for (const Part& part : parts) words += part.rings.size();
-  require_room(words, mesh);
-  result.plan.resize(words);
-  uint32_t* const plan = result.plan.data();
-  uint32_t* const made = plan + slices + 1 + count;
-  std::size_t slice = 0, begin = slices, next = slices + 1 + 2 * count;
-  std::copy(order.begin(), order.end(), plan + slices + 1);
+  std::size_t slice = 0, begin = slices, next = result.plan.size();
   for (std::size_t task = 0; task < parts.size(); task++) {
     const Part& part = parts[task];
     for (const uint32_t rows : part.rows) {
-      plan[slice++] = uint32_t(begin);
+      result.plan[slice++] = uint32_t(begin);
       begin += MESH_SLICE * std::size_t(rows);
       require_room(begin, mesh);
     }
+    if (part.rings.empty()) continue;
+    require_room(next + part.rings.size(), mesh);
     const std::size_t first = task * vertices_in_task;
-    for (std::size_t i = first; i < std::min(first + vertices_in_task, count); i++)
-      made[i] = given[i] == 0 ? 0 : uint32_t(next + given[i] - 1);
-    std::copy(part.rings.begin(), part.rings.end(), plan + next);
+    for (uint32_t& word : order.subspan(first, std::min(vertices_in_task, count - first))) {
+      if (word > ~word) word -= uint32_t(next);
+    }
     next += part.rings.size();
   }
-  plan[slices] = uint32_t(begin);
+  result.plan[slices] = uint32_t(begin);
   result.ring_words = begin;
+  const std::size_t first_ring = result.plan.size();
+  if (next > first_ring) {
+    result.plan.resize(next);
+    uint32_t* to = result.plan.data() + first_ring;
+    for (const Part& part : parts) to = std::ranges::copy(part.rings, to).out;
+  }
   return result;
 }
 

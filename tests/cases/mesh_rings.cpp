@@ -21,7 +21,7 @@
 #include "kernels/core/mesh_parameters.inc"
 #include "surfaces/mesh_curvature.hpp"
 
-KERNELS(mesh_fans, mesh_rings);
+KERNELS(mesh_fans, mesh_ring_sizes, mesh_rings);
 
 namespace smurf::test {
 namespace {
