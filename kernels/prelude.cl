@@ -262,9 +262,9 @@ FN Row load_row(Buffer b, int start, integer i) {
 FN Row load_listed_row(Buffer b, Buffer table, int at) { return load_row(b, 0, (int)(table[at] & ~3u)); }
 #elif HAS_BUILTIN(__builtin_shufflevector)
 #define ROW_TRANSPOSED 1
-#define ROW_AT(lane) vload4(0, reals + i.s##lane)
+#define ROW_AT(lane) vload4(0, reals + ((volatile int*)places)[0x##lane])
 #define ROW_TO(lane, v) vstore4(v, 0, reals + i.s##lane)
-#define ROW_LISTED(lane) vload4(0, reals + (table[at + 0x##lane] & ~3u))
+#define ROW_LISTED(lane) vload4(0, reals + (((volatile __global uint*)table)[at + 0x##lane] & ~3u))
 #if LANES == 4
 #define ROW_LOW 0, 4, 1, 5
 #define ROW_HIGH 2, 6, 3, 7
@@ -307,6 +307,8 @@ FN Row row_transposed(real r0, real r1, real r2, real r3) {
 }
 FN Row load_row(Buffer b, int start, integer i) {
   __global float* reals = (__global float*)b + start;
+  int places[LANES];
+  JOIN(vstore, LANES)(i, 0, places);
   return row_transposed(ROW_ALL(ROW_AT));
 }
 FN Row load_listed_row(Buffer b, Buffer table, int at) {
