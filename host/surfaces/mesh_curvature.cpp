@@ -52,9 +52,10 @@ MeshRingTables make_rings(Executor& executor, const Mesh& mesh, float unit) {
 TypedBuffer<std::uint32_t> make_vertices(Executor& executor, const Mesh& mesh, float unit,
                                          const std::function<void(DeviceBuffer* vertices)>& queue) {
   const std::size_t count = mesh.vertex_count();
-  const MeshRingTables tables = make_rings(executor, mesh, unit);
+  // Before anything is queued: afterwards the device may keep all cores busy, and would wait for what is queued next.
   TypedBuffer<std::uint32_t> vertices(executor, MESH_VERTEX_WORDS * count, "vertices of a mesh");
   const TypedBuffer<float> fits(executor, 4 * count, "fits at the vertices of a mesh");
+  const MeshRingTables tables = make_rings(executor, mesh, unit);
   const glm::vec3 size = unit * mesh.upper() - unit * mesh.lower();
   const float extent = std::max({size.x, size.y, size.z});
   const auto scale = std::bit_cast<std::int32_t>(std::ldexp(1.0f, std::clamp(-std::ilogb(extent), -126, 126)));

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <climits>
 #include <cmath>
 #include <cstring>
 #include <numeric>
@@ -26,8 +27,8 @@ constexpr std::size_t fewest_points = MESH_RING_FEWEST;  // a fit goes on beyond
 constexpr std::size_t most_points = MESH_RING_MOST - 1;  // and takes no more than these beyond the first ring
 constexpr std::size_t most_passed_on = 32;     // a vertex with more neighbours is the hub of a fan: it leads no further
 constexpr std::size_t vertices_in_task = 256;  // whole slices
-constexpr uint32_t fan_keys = 8, entry_keys = 32;                                  // of what vertices are sorted by,
-constexpr uint32_t least_fan = 5, least_entries = 10;                              // from these on
+constexpr int fan_keys = 8, entry_keys = 32;   // of what vertices are sorted by,
+constexpr int least_fan = 5, least_entries = 10;                                   // from these on
 constexpr std::size_t faces_for_threads = 20'000, vertices_for_threads = 200'000;  // fewer are not worth a thread
 
 void require_room(std::size_t words, const Mesh& mesh) {
@@ -266,11 +267,11 @@ struct Part {
 };
 
 // Which vertex stands at which place: in the order of how far their fans and then their rings reach, so that lanes end together.
-void sort_by_ring(std::span<const uint32_t> keys, std::span<uint32_t> order) {
+void sort_by_ring(std::span<const int> keys, std::span<uint32_t> order) {
   std::array<uint32_t, fan_keys * entry_keys + 1> begin{};
-  for (const uint32_t key : keys) begin[key + 1]++;
+  for (const int key : keys) begin[std::size_t(key) + 1]++;
   std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  for (std::size_t i = 0; i < keys.size(); i++) order[begin[keys[i]]++] = uint32_t(i);
+  for (std::size_t i = 0; i < keys.size(); i++) order[begin[std::size_t(keys[i])]++] = uint32_t(i);
 }
 
 }  // namespace
@@ -343,32 +344,41 @@ MeshRings plan_rings(const Mesh& mesh, MeshCorners& corners, std::span<const uin
     Part& part = parts[task];
     std::optional<RingFinder> finder;
     const std::size_t first = task * vertices_in_task, number = std::min(vertices_in_task, count - first);
-    std::array<uint32_t, vertices_in_task> keys, rows;
     std::array<uint32_t, vertices_in_task> words;  // of the plan
+    std::array<int, vertices_in_task> fans, entries;
+    int least = INT_MAX;
     for (std::size_t i = 0; i < number; i++) {
-      const uint32_t v = uint32_t(first + i);
-      uint32_t fan = ring_sizes[v] % MESH_RING_ENTRIES, entries = ring_sizes[v] / MESH_RING_ENTRIES;
-      words[i] = v;
-      if (entries == 0) {
-        if (!finder) finder.emplace(mesh, pairs);
-        const Ring& ring = finder->find(v);
-        corners.places[v].w = float(ring.state);
-        fan = uint32_t(ring.fan);
-        entries = uint32_t(ring.entries.size());
-        words[i] = ~uint32_t(part.rings.size());
-        part.rings.insert(part.rings.end(), {fan, uint32_t(ring.points), entries, v});
-        for (const uint32_t entry : ring.entries) part.rings.push_back(4 * std::min(entry, ~entry) + (entry > ~entry));
-      }
-      rows[i] = MESH_RING_HEAD + entries;
-      keys[i] = (std::clamp(fan, least_fan, least_fan + fan_keys - 1) - least_fan) * entry_keys +
-                (std::clamp(entries, least_entries, least_entries + entry_keys - 1) - least_entries);
+      words[i] = uint32_t(first + i);
+      fans[i] = int(ring_sizes[first + i] % MESH_RING_ENTRIES);
+      entries[i] = int(ring_sizes[first + i] / MESH_RING_ENTRIES);
+      least = std::min(least, entries[i]);
     }
+    for (std::size_t i = 0; least == 0 && i < number; i++) {
+      if (entries[i] != 0) continue;
+      if (!finder) finder.emplace(mesh, pairs);
+      const uint32_t vertex = words[i];
+      const Ring& ring = finder->find(vertex);
+      corners.places[vertex].w = float(ring.state);
+      fans[i] = int(ring.fan);
+      entries[i] = int(ring.entries.size());
+      words[i] = ~uint32_t(part.rings.size());
+      part.rings.insert(part.rings.end(),
+                        {uint32_t(ring.fan), uint32_t(ring.points), uint32_t(ring.entries.size()), vertex});
+      for (const uint32_t entry : ring.entries) part.rings.push_back(4 * std::min(entry, ~entry) + (entry > ~entry));
+    }
+    std::array<int, vertices_in_task> keys;
+    for (std::size_t i = 0; i < number; i++)
+      keys[i] = (std::clamp(fans[i], least_fan, least_fan + fan_keys - 1) - least_fan) * entry_keys +
+                (std::clamp(entries[i], least_entries, least_entries + entry_keys - 1) - least_entries);
     std::array<uint32_t, vertices_in_task> sorted;
     sort_by_ring(std::span(keys).first(number), sorted);
-    for (std::size_t i = 0; i < number; i++) {
-      order[first + i] = words[sorted[i]];
-      if (i % MESH_SLICE == 0) part.rows.push_back(MESH_RING_HEAD);
-      part.rows.back() = std::max(part.rows.back(), rows[sorted[i]]);
+    for (std::size_t begin = 0; begin < number; begin += MESH_SLICE) {
+      int most = 0;
+      for (std::size_t i = begin; i < std::min(begin + MESH_SLICE, number); i++) {
+        order[first + i] = words[sorted[i]];
+        most = std::max(most, entries[sorted[i]]);
+      }
+      part.rows.push_back(uint32_t(MESH_RING_HEAD + most));
     }
   };
   if (count < vertices_for_threads && std::ranges::count(ring_sizes, 0u) < std::ptrdiff_t(vertices_in_task)) {
