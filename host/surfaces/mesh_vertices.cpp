@@ -27,9 +27,14 @@ constexpr std::size_t fewest_points = MESH_RING_FEWEST;  // a fit goes on beyond
 constexpr std::size_t most_points = MESH_RING_MOST - 1;  // and takes no more than these beyond the first ring
 constexpr std::size_t most_passed_on = 32;     // a vertex with more neighbours is the hub of a fan: it leads no further
 constexpr std::size_t vertices_in_task = 256;  // whole slices
-constexpr int fan_keys = 8, entry_keys = 32;   // of what vertices are sorted by,
-constexpr int least_fan = 5, least_entries = 10;                                   // from these on
-constexpr std::size_t faces_for_threads = 20'000, vertices_for_threads = 200'000;  // fewer are not worth a thread
+
+// Vertices are sorted by how many entries their fans and rings have, between these bounds.
+constexpr int least_fan = 5, fan_keys = 8;
+constexpr int least_entries = 10, entry_keys = 32;
+
+// Fewer are not worth a thread.
+constexpr std::size_t faces_for_threads = 20'000;
+constexpr std::size_t vertices_for_threads = 200'000;
 
 void require_room(std::size_t words, const Mesh& mesh) {
   constexpr std::size_t most = (std::size_t(1) << 31) - 1;

@@ -149,6 +149,10 @@ TEST(MeshRings, BordersAndHoles) {
         "torus without a triangle");
   check(with_faces(sphere_mesh(1, 4), [](auto& faces) { std::erase_if(faces, [](auto& f) { return f.x % 5 == 0; }); }),
         "sphere in pieces");
+  const Mesh torus = torus_mesh(2, 0.5, 40, 17);
+  std::vector<glm::vec3> vertices(torus.vertices().begin(), torus.vertices().end());
+  vertices.insert(vertices.end(), 20, glm::vec3(0));
+  check(make_mesh(vertices, torus.faces()), "torus with vertices of no triangle behind it");
 }
 
 TEST(MeshRings, OrientedAgainstEachOther) {
@@ -179,8 +183,15 @@ TEST(MeshRings, ManyNeighbours) {
   }
 }
 
-// Enough triangles for more than one thread, and for more than one stretch of vertices to be sorted.
-TEST(MeshRings, ManyTriangles) { check(torus_mesh(2, 0.5, 700, 210), "torus of 294,000 triangles"); }
+// Enough triangles and vertices for more than one thread, and for many stretches of vertices to be sorted; a few have rings of the host.
+TEST(MeshRings, ManyTriangles) {
+  check(with_faces(torus_mesh(2, 0.5, 1000, 210),
+                   [](auto& faces) {
+                     std::size_t i = 0;
+                     std::erase_if(faces, [&](auto&) { return i++ % 5000 == 70; });
+                   }),
+        "torus of 420,000 triangles with holes");
+}
 
 }  // namespace
 }  // namespace smurf::test
