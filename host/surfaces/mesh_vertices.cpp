@@ -300,9 +300,8 @@ MeshCorners corners_by_vertex(const Mesh& mesh, float unit) {
   Values<uint32_t> next_of_parts(MESH_CORNER_PARTS * count);
   // Threads that wrote to the same lines of memory would wait for each other, so each part has its own tables.
   const auto make_part = [&](std::size_t part) {
-    const auto share_of = [&](std::size_t number) { return part * number / MESH_CORNER_PARTS; };
-    const auto share_end = [&](std::size_t number) { return (part + 1) * number / MESH_CORNER_PARTS; };
-    const std::size_t begin = share_of(faces.size()), end = share_end(faces.size());
+    const std::size_t begin = part * faces.size() / MESH_CORNER_PARTS,
+                      end = (part + 1) * faces.size() / MESH_CORNER_PARTS;
     const auto own_faces = faces.subspan(begin, end - begin);
     uint32_t* const first = result.corners.data() + part * (count + 1);
     const auto next = std::span(next_of_parts).subspan(part * count, count);
@@ -327,13 +326,17 @@ MeshCorners corners_by_vertex(const Mesh& mesh, float unit) {
       put(face.y, face.z, face.x);
       put(face.z, face.x, face.y);
     }
-    for (std::size_t v = share_of(count); v < share_end(count); v++)
-      result.places[v] = glm::vec4(unit * positions[v], 0.0f);
+  };
+  // The places last: the thread that began first is done first.
+  constexpr std::size_t tasks = MESH_CORNER_PARTS + 1;
+  const auto make = [&](std::size_t task) {
+    if (task < MESH_CORNER_PARTS) return make_part(task);
+    for (std::size_t v = 0; v < count; v++) result.places[v] = glm::vec4(unit * positions[v], 0.0f);
   };
   if (faces.size() < faces_for_threads) {
-    for (std::size_t part = 0; part < MESH_CORNER_PARTS; part++) make_part(part);
+    for (std::size_t task = 0; task < tasks; task++) make(task);
   } else {
-    parallel_for(MESH_CORNER_PARTS, make_part);
+    parallel_for(tasks, make);
   }
   return result;
 }
