@@ -57,7 +57,7 @@ ImplicitCells::ImplicitCells(Executor& executor, const CellGrid& grid, const Act
       parameters_(parameters),
       active_(executor, grid.cells, modules, defines, parameters, parameters, parameters),
       blocks_(executor, active_.block_count(), "blocks of cells"),
-      model_words_(defines.at("SIDES") == "2" ? 2 * MODEL_WORDS : MODEL_WORDS) {}
+      sides_(defines.at("SIDES") == "2" ? 2 : 1) {}
 
 namespace {
 
@@ -92,9 +92,9 @@ void ImplicitCells::make(std::vector<glm::uvec2> bits, std::span<const std::uint
   active_.activate(bits, glm::vec3(cells_));
   write_blocks(bits, tape_places);
   const std::vector<std::uint32_t> active = listed(bits);
-  // Lanes without a ray read what comes after the last.
-  models_ = TypedBuffer<float>(executor_, (active.size() + 1) * model_words_, "Taylor models");
-  models_.write(std::vector<float>(model_words_, 0.0f), active.size() * model_words_);
+  // Lanes without a ray read what comes after the last; behind it stand the models of the other sides.
+  models_ = TypedBuffer<float>(executor_, (sides_ * active.size() + 1) * MODEL_WORDS, "Taylor models");
+  models_.write(std::vector<float>(MODEL_WORDS, 0.0f), active.size() * MODEL_WORDS);
   if (!active.empty()) run(active, tape_words, *models_.get(), false);
 }
 

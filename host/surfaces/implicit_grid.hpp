@@ -56,7 +56,7 @@ class ImplicitCells {
   ActiveCells active_;
   TypedBuffer<glm::uvec4> blocks_;  // CELL_BLOCK_WORDS each
   TypedBuffer<float> models_;
-  const std::size_t model_words_;  // of a cell: a model, or where the source's SIDES is 2 one for each side of a crease
+  const std::size_t sides_;  // models of a cell: 2 where the function has creases
 };
 
 // Whether devices interpret the expression in place of compiling it, which for straight code of this length takes compilers minutes.
