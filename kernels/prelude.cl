@@ -247,7 +247,7 @@ FN integer load_integer(Buffer b, integer i) { return to_signed(load_word(b, i))
 FN real load_real(Buffer b, integer i) { return as_real(load_word(b, i)); }
 
 // Four consecutive reals on each lane, from start + i on, or from where table[at + lane] says, a multiple of four, and up to three more, which do not
-// count. Whole rows and a transposition cost a quarter of four gathers; places that stand in memory less than those in a vector.
+// count. Whole rows and a transposition cost a quarter of four gathers.
 STRUCT(Row) { real at[4]; };
 #if LANES == 1
 FN Row load_row(Buffer b, int start, integer i) {
@@ -262,6 +262,7 @@ FN Row load_row(Buffer b, int start, integer i) {
 FN Row load_listed_row(Buffer b, Buffer table, int at) { return load_row(b, 0, (int)(table[at] & ~3u)); }
 #elif HAS_BUILTIN(__builtin_shufflevector)
 #define ROW_TRANSPOSED 1
+// Places are read one by one, which volatile asks for: clang otherwise gathers some of them, or keeps them in a vector, and takes that apart again.
 #define ROW_AT(lane) vload4(0, reals + ((volatile int*)places)[0x##lane])
 #define ROW_TO(lane, v) vstore4(v, 0, reals + i.s##lane)
 #define ROW_LISTED(lane) vload4(0, reals + (((volatile __global uint*)table)[at + 0x##lane] & ~3u))
