@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <limits>
 
 #include "grid_parameters.inc"
@@ -62,6 +63,28 @@ void spread_distances(std::vector<std::uint8_t>& distance, glm::ivec3 blocks) {
   sweep(-1);
 }
 
+// A step between elements that is taken by two shifts and a sum, which is sooner done than a product: the least 2^a + 2^b not below n.
+class ShiftStep {
+ public:
+  explicit ShiftStep(std::int64_t n) {
+    const auto at_least = std::uint64_t(std::max<std::int64_t>(n, 2));
+    high_ = std::bit_width(at_least) - 1;
+    const std::uint64_t rest = at_least - (std::uint64_t(1) << high_);
+    if (rest == 0) high_--;
+    low_ = rest == 0 ? high_ : std::bit_width(rest - 1);
+  }
+  int low() const { return low_; }
+  int high() const { return high_; }
+  std::int64_t size() const { return (std::int64_t(1) << low_) + (std::int64_t(1) << high_); }
+
+ private:
+  int low_ = 0, high_ = 0;
+};
+
+// Distances of rows and slices of blocks: so many words apart.
+ShiftStep row_step(glm::ivec3 blocks) { return ShiftStep(std::int64_t(block_rows) * blocks.x); }
+ShiftStep slice_step(glm::ivec3 blocks) { return ShiftStep(row_step(blocks).size() * blocks.y); }
+
 }  // namespace
 
 ActiveCells::ActiveCells(Executor& executor, glm::ivec3 cells, const Texts& modules, const Texts& defines,
@@ -75,7 +98,7 @@ ActiveCells::ActiveCells(Executor& executor, glm::ivec3 cells, const Texts& modu
       blocks_(blocks_of(cells)),
       bits_(executor, block_count(), "active cells"),
       skips_(executor, (block_count() + 3) / 4, "block distances"),
-      distances_(executor, block_count() * block_rows, "cell distances") {}
+      distances_(executor, std::size_t(slice_step(blocks_).size()) * std::size_t(blocks_.z), "cell distances") {}
 
 std::vector<glm::uvec2> ActiveCells::find() {
   std::vector<glm::uvec2> bits(block_count());
@@ -102,6 +125,9 @@ void ActiveCells::activate(std::span<const glm::uvec2> bits, glm::vec3 extent) {
     box.add({index % blocks_.x, index / blocks_.x % blocks_.y, index / blocks_.x / blocks_.y}, word);
   }
   spread_distances(distance, blocks_);
+  const ShiftStep row = row_step(blocks_), slice = slice_step(blocks_);
+  const std::array<std::int32_t, 4> steps = {row.low(), row.high(), slice.low(), slice.high()};
+  executor_.write(parameters_, GRID_DISTANCE_STEPS * 4, steps.data(), sizeof steps);
   executor_.write(*skips_.get(), 0, distance.data(), distance.size());
   launch(executor_, Program{KernelId::grid_distances, modules_, defines_},
          arguments::grid_distances{.parameters = &parameters_,
@@ -117,6 +143,8 @@ void ActiveCells::activate(std::span<const glm::uvec2> bits, glm::vec3 extent) {
   const glm::vec3 high = glm::min(empty ? glm::vec3(1) : glm::vec3(box.high), extent);
   const std::array<float, 6> reals = {low.x, low.y, low.z, high.x, high.y, high.z};
   executor_.write(parameters_, GRID_LOWER * 4, reals.data(), sizeof reals);
+  const float bias = float(std::bit_ceil(unsigned(block_cells * std::max({blocks_.x, blocks_.y, blocks_.z}))));
+  executor_.write(parameters_, GRID_BIAS * 4, &bias, sizeof bias);
 }
 
 }  // namespace smurf

@@ -4,9 +4,11 @@
 // Which cells those are, the source module "cells" decides: grid_block_reaches says which blocks of 4³ cells to look at, and
 // grid_block_cells which of their cells can reach the level in question.
 //
-// Device memory for each block of 64 cells: 8 bytes of active cells, 1 of its distance and 64 of the cells' distances.
+// Device memory for each block of 64 cells: 8 bytes of active cells, 1 of its distance and 64 of the cells' distances, whose rows
+// and slices are sums of two powers of two apart, and so up to a third longer each.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <map>
@@ -40,6 +42,8 @@ class ActiveCells {
 
   std::size_t block_count() const { return std::size_t(blocks_.x) * std::size_t(blocks_.y) * std::size_t(blocks_.z); }
   static constexpr int block_cells = 4;
+  // Whether floats have bits enough for rays to be walked by them (WALK_BY_BITS): 14 for a cell's fraction.
+  static bool walks_by_bits(glm::ivec3 cells) { return std::max({cells.x, cells.y, cells.z}) <= 512; }
   static glm::ivec3 blocks_of(glm::ivec3 cells) {
     return glm::max((cells + block_cells - 1) / block_cells, glm::ivec3(1));
   }

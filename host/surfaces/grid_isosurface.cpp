@@ -2,7 +2,7 @@
 // cells, a bit per cell that can hold a root, and for every cell its distance to the nearest such cell.
 //
 // Device memory for n³ samples of b bytes: b·n³ (4·(n+2)³ for tricubic, and as much again while it is set up), and for each block of
-// 64 cells 8 bytes of bounds, 8 of active cells, 1 of its distance and 64 of the cells' distances.
+// 64 cells 8 bytes of bounds and what active_cells.hpp says.
 #include "surfaces/grid_isosurface.hpp"
 
 #include <fmt/format.h>
@@ -141,6 +141,11 @@ class ResidentGridIsosurface final : public ResidentSurface {
     defines_["DEGREE"] = cubic ? "9" : "3";
     // A buffer of our own has room for a margin; the host's samples are read where they are.
     defines_["TAPS_INSIDE"] = reconstruction_ == Reconstruction::tricubic ? "1" : "0";
+    const glm::dmat3& axes = volume_.placement().axes;
+    const bool aligned =
+        axes == glm::dmat3(glm::dvec3(axes[0].x, 0, 0), glm::dvec3(0, axes[1].y, 0), glm::dvec3(0, 0, axes[2].z));
+    defines_["GRID_ALIGNED"] = aligned ? "1" : "0";
+    defines_["WALK_BY_BITS"] = ActiveCells::walks_by_bits(volume_.size() - 1) ? "1" : "0";
   }
 
   void upload_parameters() {
