@@ -100,6 +100,13 @@ ActiveCells::ActiveCells(Executor& executor, glm::ivec3 cells, const Texts& modu
       skips_(executor, (block_count() + 3) / 4, "block distances"),
       distances_(executor, std::size_t(slice_step(blocks_).size()) * std::size_t(blocks_.z), "cell distances") {}
 
+void ActiveCells::define_walks(Texts& defines, glm::ivec3 cells, bool aligned) {
+  // Floats that are read as places have 14 bits or more for a cell's fraction; with fewer a walk would be less exact than by plain floats.
+  constexpr int most_by_bits = 512;
+  defines["WALK_BY_BITS"] = std::max({cells.x, cells.y, cells.z}) <= most_by_bits ? "1" : "0";
+  defines["GRID_ALIGNED"] = aligned ? "1" : "0";
+}
+
 std::vector<glm::uvec2> ActiveCells::find() {
   std::vector<glm::uvec2> bits(block_count());
   launch(executor_, Program{KernelId::grid_activate, modules_, defines_},

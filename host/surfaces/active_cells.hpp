@@ -8,7 +8,6 @@
 // and slices are sums of two powers of two apart, and so up to a third longer each.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <map>
@@ -42,8 +41,8 @@ class ActiveCells {
 
   std::size_t block_count() const { return std::size_t(blocks_.x) * std::size_t(blocks_.y) * std::size_t(blocks_.z); }
   static constexpr int block_cells = 4;
-  // Whether floats have bits enough for rays to be walked by them (WALK_BY_BITS): 14 for a cell's fraction.
-  static bool walks_by_bits(glm::ivec3 cells) { return std::max({cells.x, cells.y, cells.z}) <= 512; }
+  // What walks through so many cells are compiled for. `aligned` says that the world-to-index matrix is diagonal.
+  static void define_walks(Texts& defines, glm::ivec3 cells, bool aligned);
   static glm::ivec3 blocks_of(glm::ivec3 cells) {
     return glm::max((cells + block_cells - 1) / block_cells, glm::ivec3(1));
   }

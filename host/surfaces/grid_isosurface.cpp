@@ -144,8 +144,7 @@ class ResidentGridIsosurface final : public ResidentSurface {
     const glm::dmat3& axes = volume_.placement().axes;
     const bool aligned =
         axes == glm::dmat3(glm::dvec3(axes[0].x, 0, 0), glm::dvec3(0, axes[1].y, 0), glm::dvec3(0, 0, axes[2].z));
-    defines_["GRID_ALIGNED"] = aligned ? "1" : "0";
-    defines_["WALK_BY_BITS"] = ActiveCells::walks_by_bits(volume_.size() - 1) ? "1" : "0";
+    ActiveCells::define_walks(defines_, volume_.size() - 1, aligned);
   }
 
   void upload_parameters() {

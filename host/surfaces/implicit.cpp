@@ -253,8 +253,7 @@ class ResidentImplicit final : public ResidentSurface {
     defines_["CHOICES"] =
         std::ranges::any_of(expression::reachable(function_->graph, function_->gradient), has_sides) ? "1" : "0";
     defines_["TAPS_INSIDE"] = "0";
-    defines_["GRID_ALIGNED"] = "1";
-    defines_["WALK_BY_BITS"] = "1";
+    ActiveCells::define_walks(defines_, grid_.cells, true);
     parameters_ = TypedBuffer<std::uint32_t>(executor, IMPLICIT_PARAMETER_WORDS, "surface parameters");
     write_parameters(surface);
     cells_ = std::make_unique<ImplicitCells>(executor, grid_, modules_, defines_, *parameters_.get());

@@ -176,8 +176,7 @@ class ResidentTape final : public ResidentSurface {
     modules_["models"] = embedded_core("tape_cells.inc");
     modules_["expression"] = device_functions(program_);
     defines_["TAPS_INSIDE"] = "0";
-    defines_["GRID_ALIGNED"] = "1";
-    defines_["WALK_BY_BITS"] = "1";
+    ActiveCells::define_walks(defines_, grid_.cells, true);
     defines_["SIDES"] = "1";
     defines_["CHOICES"] = has_choices(program_) ? "1" : "0";
     // Programs are shared by expressions of about the same size.
