@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "api/record_answers.hpp"
 #include "executor.hpp"
 #include "interrogation.hpp"
 #include "smurf/error.hpp"
@@ -37,11 +38,9 @@ std::string_view name_of(HitStatus status) {
 }
 
 Interrogator::Interrogator(const Device& device, const Surface& surface, const PrepareOptions& options) {
-  if (device.is_reference()) {
-    interrogation_ = surface.model().reference();
-  } else {
-    interrogation_ = interrogate_on_device(device, surface.share(), options);
-  }
+  auto interrogation =
+      device.is_reference() ? surface.model().reference() : interrogate_on_device(device, surface.share(), options);
+  interrogation_ = recorded(std::move(interrogation), std::string(surface.kind()), device);
 }
 
 HitList Interrogator::cast(const RayBatch& rays, const CastOptions& options) const {

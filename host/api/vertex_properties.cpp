@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "api/property_columns.hpp"
+#include "api/record_answers.hpp"
 #include "embedded_sources.hpp"
 #include "executor.hpp"
 #include "interrogation.hpp"
@@ -86,7 +87,10 @@ PointProperties vertex_properties(const Device& device, const Mesh& mesh, std::u
                             "directions can",
                             properties & ~answerable));
   }
-  return device.is_reference() ? on_reference(mesh, properties) : on_device(device.executor(), mesh, properties);
+  PointProperties out =
+      device.is_reference() ? on_reference(mesh, properties) : on_device(device.executor(), mesh, properties);
+  record_properties("vertices of a mesh", device, {mesh.vertices(), {}, {}}, properties, out);
+  return out;
 }
 
 }  // namespace smurf
