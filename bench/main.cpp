@@ -15,13 +15,13 @@
 #include <optional>
 #include <string>
 
-#include "isosurface_mesh.hpp"
-#include "peer_gage.hpp"
+#include "peers/gage.hpp"
+#include "peers/isosurface_mesh.hpp"
 #include "ratio_reporter.hpp"
 #include "smurf/error.hpp"
 #include "workloads/measure.hpp"
 #ifdef SMURF_BENCH_EMBREE
-#include "peer_embree.hpp"
+#include "peers/embree.hpp"
 #endif
 
 namespace {

@@ -1,6 +1,6 @@
 # Writes OUTPUT: a C++ table of (name, text) of the device sources.
 string(REPLACE "|" ";" SOURCES "${SOURCES}")
-set(text "// Generated from kernels/ and shaders/.\n#include \"embedded_sources.hpp\"\n\nnamespace smurf {\nconst std::vector<EmbeddedSource>& embedded_sources() {\n  static const std::vector<EmbeddedSource> sources = {\n")
+set(text "// Generated from kernels/ and shaders/.\n#include \"device/embedded_sources.hpp\"\n\nnamespace smurf {\nconst std::vector<EmbeddedSource>& embedded_sources() {\n  static const std::vector<EmbeddedSource> sources = {\n")
 foreach(file ${SOURCES})
   file(RELATIVE_PATH name ${ROOT} ${file})
   file(READ ${file} content)

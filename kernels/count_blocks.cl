@@ -1,5 +1,5 @@
 // Sums per block of rays.
-#include "count.inc"
+#include "batch/count.inc"
 
 __kernel WORK_GROUP void count_blocks(Buffer counts, Buffer blocks, int count, int block) {
   int which = (int)get_global_id(0);

@@ -1,5 +1,5 @@
 // First or all hits of the rays of a tile.
-#include "find_hits.inc"
+#include "batch/find_hits.inc"
 
 __kernel WORK_GROUP void find_hits(Buffer parameters, Buffer surface_a, Buffer surface_b, Buffer surface_c, Buffer surface_d,
                                    Buffer rays, Buffer counts, Buffer slots, int first, int count, int stride, int image_width,

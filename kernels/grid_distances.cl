@@ -1,5 +1,5 @@
 // How far cells are from active ones.
-#include "grid_distances.inc"
+#include "grid/distances.inc"
 
 __kernel WORK_GROUP void grid_distances(Buffer parameters, Buffer surface_a, Buffer cells, Buffer skips, Buffer distances, int count) {
   integer items = lane_items(get_global_id(0));

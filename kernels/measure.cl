@@ -1,6 +1,6 @@
 // Properties of surface points.
 #include "surface"
-#include "measure.inc"
+#include "batch/measure.inc"
 
 __kernel WORK_GROUP void measure(Buffer parameters, Buffer surface_a, Buffer surface_b, Buffer surface_c, Buffer surface_d,
                                  Buffer points, Buffer coordinates, Buffer directions, Buffer columns, int first, int end, int stride,

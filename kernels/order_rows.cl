@@ -1,5 +1,5 @@
 // Compressed rows of a tile.
-#include "order.inc"
+#include "batch/order.inc"
 
 __kernel WORK_GROUP void order_rows(Buffer rays, Buffer counts, Buffer slots, Buffer block_offsets, Buffer row_rays, Buffer row_t,
                                     Buffer row_uncertainty, Buffer row_status, Buffer row_locations, Buffer row_coordinates,

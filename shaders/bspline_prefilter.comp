@@ -1,5 +1,5 @@
 // B-spline coefficients along one axis.
-#include "bspline_prefilter.inc"
+#include "grid/prefilter.inc"
 
 layout(local_size_x = GROUP) in;
 

@@ -1,5 +1,5 @@
 // Sums per block of rays.
-#include "count.inc"
+#include "batch/count.inc"
 
 layout(local_size_x = GROUP) in;
 

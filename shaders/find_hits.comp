@@ -1,5 +1,5 @@
 // First or all hits of the rays of a tile.
-#include "find_hits.inc"
+#include "batch/find_hits.inc"
 
 layout(local_size_x = GROUP) in;
 

@@ -1,5 +1,5 @@
 // How far cells are from active ones.
-#include "grid_distances.inc"
+#include "grid/distances.inc"
 
 layout(local_size_x = GROUP) in;
 

@@ -1,5 +1,5 @@
 // Samples with a margin.
-#include "grid_surround.inc"
+#include "grid/pad.inc"
 
 layout(local_size_x = GROUP) in;
 

@@ -1,6 +1,6 @@
 // Properties of surface points.
 #include "surface"
-#include "measure.inc"
+#include "batch/measure.inc"
 
 layout(local_size_x = GROUP) in;
 

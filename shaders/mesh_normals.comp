@@ -1,5 +1,5 @@
 // Normals at the vertices of a mesh.
-#include "mesh_curvature.inc"
+#include "mesh/curvature.inc"
 
 layout(local_size_x = GROUP) in;
 

@@ -1,5 +1,5 @@
 // How many neighbours the vertices of a mesh have in two rings.
-#include "mesh_rings.inc"
+#include "mesh/rings.inc"
 
 layout(local_size_x = GROUP) in;
 

@@ -1,5 +1,5 @@
 // Neighbours of the vertices of a mesh.
-#include "mesh_rings.inc"
+#include "mesh/rings.inc"
 
 layout(local_size_x = GROUP) in;
 

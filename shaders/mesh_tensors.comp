@@ -1,5 +1,5 @@
 // Shape tensors at the vertices of a mesh.
-#include "mesh_curvature.inc"
+#include "mesh/curvature.inc"
 
 layout(local_size_x = GROUP) in;
 

@@ -1,5 +1,5 @@
 // Compressed rows of a tile.
-#include "order.inc"
+#include "batch/order.inc"
 
 layout(local_size_x = GROUP) in;
 

@@ -9,8 +9,8 @@
 
 #include <utility>
 
-#include "device_choice.hpp"
-#include "executor.hpp"
+#include "device/device_choice.hpp"
+#include "device/executor.hpp"
 #include "smurf/error.hpp"
 
 namespace smurf {

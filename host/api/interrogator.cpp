@@ -3,11 +3,11 @@
 
 #include <fmt/format.h>
 
-#include "api/record_answers.hpp"
-#include "executor.hpp"
-#include "interrogation.hpp"
+#include "device/executor.hpp"
 #include "smurf/error.hpp"
-#include "surfaces/surface_model.hpp"
+#include "surfaces/interrogation.hpp"
+#include "surfaces/record_answers.hpp"
+#include "surfaces/surface_definition.hpp"
 
 namespace smurf {
 namespace {

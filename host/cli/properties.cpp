@@ -7,7 +7,7 @@
 #include <string>
 
 #include "smurf/error.hpp"
-#include "surfaces/surface_model.hpp"
+#include "surfaces/surface_definition.hpp"
 
 namespace smurf {
 

@@ -15,7 +15,7 @@
 #include "smurf/error.hpp"
 #include "smurf/interrogator.hpp"
 #include "smurf/surface.hpp"
-#include "surfaces/surface_model.hpp"
+#include "surfaces/surface_definition.hpp"
 
 namespace smurf {
 

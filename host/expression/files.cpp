@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "expression/parser.hpp"
-#include "io/text_file.hpp"
+#include "numerics/text_file.hpp"
 #include "smurf/error.hpp"
 
 namespace smurf::expression {

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "io/text_file.hpp"
+#include "numerics/text_file.hpp"
 #include "smurf/error.hpp"
 
 namespace smurf {

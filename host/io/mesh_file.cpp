@@ -13,7 +13,7 @@
 #include <map>
 
 #include "io/mesh_file.hpp"
-#include "io/text_file.hpp"
+#include "numerics/text_file.hpp"
 #include "smurf/error.hpp"
 #include "smurf/mesh.hpp"
 

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "fields/mesh_builder.hpp"
+#include "meshes/builder.hpp"
 
 namespace smurf {
 

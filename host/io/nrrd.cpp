@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "io/nrrd_data.hpp"
-#include "io/text_file.hpp"
+#include "numerics/text_file.hpp"
 #include "smurf/error.hpp"
 #include "smurf/volume.hpp"
 

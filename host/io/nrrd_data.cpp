@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/text_file.hpp"
+#include "numerics/text_file.hpp"
 #include "smurf/error.hpp"
 #include "smurf/values.hpp"
 

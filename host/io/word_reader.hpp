@@ -10,7 +10,7 @@
 #include <string_view>
 #include <type_traits>
 
-#include "io/text_file.hpp"
+#include "numerics/text_file.hpp"
 #include "smurf/error.hpp"
 
 namespace smurf {

@@ -13,7 +13,7 @@
 #include "smurf/error.hpp"
 #include "smurf/surface.hpp"
 #include "surfaces/description.hpp"
-#include "surfaces/surface_model.hpp"
+#include "surfaces/surface_definition.hpp"
 
 namespace smurf {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <string_view>
 
-#include "fields/mesh_builder.hpp"
 #include "io/mesh_file.hpp"
+#include "meshes/builder.hpp"
 #include "smurf/error.hpp"
 
 namespace {

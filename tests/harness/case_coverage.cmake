@@ -1,5 +1,5 @@
-# Fails to configure while a kernel of host/kernels.def is named by no KERNELS(...) line of a case.
-set(kernels_def ${PROJECT_SOURCE_DIR}/host/kernels.def)
+# Fails to configure while a kernel of kernels/kernels.def is named by no KERNELS(...) line of a case.
+set(kernels_def ${PROJECT_SOURCE_DIR}/kernels/kernels.def)
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${kernels_def} ${SMURF_CASES})
 
 file(STRINGS ${kernels_def} kernel_lines REGEX "^KERNEL\\([a-z_0-9]+,")
@@ -20,12 +20,12 @@ endforeach()
 
 foreach(kernel ${kernels})
   if(NOT kernel IN_LIST covered)
-    message(FATAL_ERROR "Kernel ${kernel} of host/kernels.def is tested by no case: name it in a KERNELS(...) line "
+    message(FATAL_ERROR "Kernel ${kernel} of kernels/kernels.def is tested by no case: name it in a KERNELS(...) line "
                         "of a file in tests/cases that exercises it.")
   endif()
   foreach(entry kernels/${kernel}.cl shaders/${kernel}.comp)
     if(NOT EXISTS ${PROJECT_SOURCE_DIR}/${entry})
-      message(FATAL_ERROR "Kernel ${kernel} of host/kernels.def has no ${entry}.")
+      message(FATAL_ERROR "Kernel ${kernel} of kernels/kernels.def has no ${entry}.")
     endif()
   endforeach()
 endforeach()

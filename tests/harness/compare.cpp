@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "parallel.hpp"
+#include "numerics/parallel.hpp"
 
 namespace smurf::test {
 namespace {

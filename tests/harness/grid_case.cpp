@@ -10,9 +10,9 @@
 #include <map>
 #include <random>
 
-#include "fields/jet.hpp"
 #include "harness/replay.hpp"
 #include "harness/tolerances.hpp"
+#include "truth/jet.hpp"
 
 namespace smurf::test {
 namespace {

@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "fields/jet.hpp"
-#include "fields/rays.hpp"
 #include "harness/compare.hpp"
 #include "harness/devices.hpp"
 #include "smurf/interrogator.hpp"
 #include "smurf/surface.hpp"
+#include "truth/jet.hpp"
+#include "truth/rays.hpp"
 
 namespace smurf::test {
 

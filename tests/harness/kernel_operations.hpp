@@ -24,12 +24,12 @@
 namespace fused {
 using namespace one_lane;
 using one_lane::fused::multiply_add;
-#include "kernels/core/dual_interval.inc"
+#include "kernels/arithmetic/interval_dual.inc"
 }  // namespace fused
 namespace separate {
 using namespace one_lane;
 using one_lane::separate::multiply_add;
-#include "kernels/core/dual_interval.inc"
+#include "kernels/arithmetic/interval_dual.inc"
 }  // namespace separate
 
 namespace smurf {

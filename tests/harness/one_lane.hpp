@@ -4,7 +4,7 @@
 // Include this after all other headers, because the words are partly macros. Then, in a namespace of one's own,
 //   using namespace one_lane;
 //   using one_lane::fused::multiply_add;  // or one_lane::separate::multiply_add
-//   #include "kernels/core/functions.inc"
+//   #include "kernels/common/functions.inc"
 // Files of kernels/core have no guards and include each other: at most one of them per namespace.
 #pragma once
 

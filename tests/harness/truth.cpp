@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "parallel.hpp"
-#include "reference/ray_roots.hpp"
+#include "numerics/parallel.hpp"
+#include "reference/grid/roots.hpp"
 
 namespace smurf::test {
 namespace {

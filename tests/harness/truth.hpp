@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "reference/grid_field.hpp"
+#include "reference/grid/field.hpp"
 #include "smurf/rays.hpp"
 
 namespace smurf::test {

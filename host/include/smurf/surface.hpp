@@ -14,7 +14,7 @@
 
 namespace smurf {
 
-class SurfaceModel;  // internal: one class per kind, see host/surfaces/surface_model.hpp
+class SurfaceModel;  // internal: one class per kind, see host/surfaces/surface_definition.hpp
 
 // How a continuous field is made from samples.
 //   trilinear    interpolates; derivatives are central differences over one cell (one-sided at the boundary nodes), interpolated

@@ -1,0 +1,61 @@
+// The isosurface of a sampled volume, answered by the reference.
+#include "surfaces/grid/definition.hpp"
+
+#include <limits>
+
+#include "reference/grid/field.hpp"
+#include "reference/grid/roots.hpp"
+#include "reference/interrogation.hpp"
+
+namespace smurf {
+namespace {
+
+constexpr int out_of_denser_side = -1;
+// Curvatures that differ by less than this part of an inverse cell edge are those of a plane.
+constexpr double flat = 1e-9;
+
+class GridReference : public ReferenceSurface {
+ public:
+  GridReference(const Volume& volume, Reconstruction reconstruction, double isovalue,
+                std::shared_ptr<const GridField> field)
+      : volume_(volume), reconstruction_(reconstruction), roots_(std::move(field), isovalue) {}
+
+  void roots(const ReferenceRay& ray, bool first_only, std::vector<ReferenceHit>& hits) const override {
+    roots_.find(ray, first_only, hits);
+  }
+
+  ReferencePoint measure(const glm::dvec3& point, const SurfaceCoordinates*) const override {
+    const GridField& field = *roots_.field();
+    if (const auto jet = field.jet(point)) {
+      return {jet->value,
+              level_set_frame(jet->gradient, jet->hessian, out_of_denser_side, flat / field.shortest_step())};
+    }
+    return {field.value(point).value_or(std::numeric_limits<double>::quiet_NaN()), undefined_frame()};
+  }
+
+  std::size_t bytes() const override { return roots_.field()->bytes(); }
+
+  std::shared_ptr<const ReferenceSurface> updated(const SurfaceModel& model) const override {
+    const auto* other = dynamic_cast<const GridIsosurface*>(&model);
+    if (!other || other->volume.samples() != volume_.samples() || other->volume.type() != volume_.type() ||
+        other->volume.size() != volume_.size() || other->volume.placement().axes != volume_.placement().axes ||
+        other->volume.placement().origin != volume_.placement().origin || other->reconstruction != reconstruction_) {
+      return nullptr;
+    }
+    return std::make_shared<GridReference>(other->volume, reconstruction_, other->isovalue, roots_.field());
+  }
+
+ private:
+  Volume volume_;  // kept, so that another volume cannot take its address
+  Reconstruction reconstruction_;
+  RayRoots roots_;
+};
+
+}  // namespace
+
+std::unique_ptr<Interrogation> GridIsosurface::reference() const {
+  return std::make_unique<ReferenceInterrogation>(std::make_shared<GridReference>(
+      volume, reconstruction, isovalue, std::make_shared<GridField>(volume, reconstruction)));
+}
+
+}  // namespace smurf

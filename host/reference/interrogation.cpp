@@ -1,0 +1,166 @@
+#include "reference/interrogation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "numerics/parallel.hpp"
+#include "smurf/error.hpp"
+#include "surfaces/surface_definition.hpp"
+
+namespace smurf {
+namespace {
+
+constexpr std::size_t default_tile = 16384;
+constexpr std::size_t chunk = 64;  // rays or points that a thread takes at a time
+constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+
+bool is_finite(const glm::vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+// The range [begin, end) of each tile, then progress.
+template <class Work>
+void for_tiles(std::size_t count, std::size_t tile, const std::function<void(std::size_t, std::size_t)>& progress,
+               const Work& work) {
+  if (tile == 0) tile = default_tile;
+  for (std::size_t begin = 0; begin < count;) {
+    const std::size_t end = begin + std::min(tile, count - begin);
+    work(begin, end);
+    if (progress) progress(end, count);
+    begin = end;
+  }
+}
+
+ReferenceRay in_double(const Ray& ray) {
+  return {glm::dvec3(ray.origin), glm::dvec3(ray.direction), ray.t_min, ray.t_max};
+}
+
+}  // namespace
+
+const char* fault_of(const Ray& ray) {
+  if (!is_finite(ray.origin)) return "its origin is not finite";
+  if (!is_finite(ray.direction)) return "its direction is not finite";
+  if (ray.direction == glm::vec3(0.0f)) return "its direction is zero";
+  if (!std::isfinite(ray.t_min)) return "its tmin is not finite";
+  if (std::isnan(ray.t_max)) return "its tmax is not a number";
+  if (ray.t_min > ray.t_max) return "its tmin is greater than its tmax";
+  return nullptr;
+}
+
+void ReferenceInterrogation::cast(const RayBatch& rays, const CastOptions& options, HitList& hits) {
+  hits.ray_status_.assign(rays.size(), RayStatus::ok);
+  for (std::size_t i = 0; i < rays.size(); i++) {
+    const char* fault = fault_of(rays[i]);
+    if (!fault) continue;
+    if (options.bad_rays == BadRays::error)
+      throw Error(ErrorCode::input, "ray " + std::to_string(i) + " is invalid: " + fault);
+    hits.ray_status_[i] = RayStatus::invalid;
+  }
+
+  hits.offsets_.assign(1, 0);
+  hits.rays_.clear();
+  hits.t_.clear();
+  hits.uncertainty_.clear();
+  hits.status_.clear();
+  hits.locations_.clear();
+  hits.coordinates_.clear();
+  for_tiles(rays.size(), options.tile, options.progress, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::vector<ReferenceHit>> found(end - begin);
+    parallel_for((end - begin + chunk - 1) / chunk, [&](std::size_t c) {
+      for (std::size_t i = begin + c * chunk; i < std::min(end, begin + (c + 1) * chunk); i++) {
+        if (hits.ray_status_[i] != RayStatus::ok) continue;
+        std::vector<ReferenceHit>& row = found[i - begin];
+        surface_->roots(in_double(rays[i]), options.hits == Hits::first, row);
+        if (options.hits == Hits::first && row.size() > 1) row.erase(row.begin() + 1, row.end());
+      }
+    });
+    for (std::size_t i = begin; i < end; i++) {
+      const ReferenceRay ray = in_double(rays[i]);
+      for (const ReferenceHit& hit : found[i - begin]) {
+        const double t = std::clamp(hit.t, ray.t_min, ray.t_max);
+        const float rounded = float(t);
+        hits.rays_.push_back(std::uint32_t(i));
+        hits.t_.push_back(rounded);
+        // Still an enclosure after rounding t, and the sum itself rounded up.
+        hits.uncertainty_.push_back(std::nextafter(float(hit.uncertainty + std::abs(hit.t - rounded)), INFINITY));
+        hits.status_.push_back(hit.status);
+        hits.locations_.push_back(glm::vec3(ray.origin + t * ray.direction));
+        if (surface_->has_coordinates()) hits.coordinates_.push_back(hit.coordinates);
+      }
+      hits.offsets_.push_back(hits.t_.size());
+    }
+  });
+
+  hits.properties_ = {};
+  hits.principal_.clear();
+  if (options.properties != 0)
+    measure({hits.locations_, hits.coordinates_, {}}, options.properties, {}, hits.properties_);
+}
+
+void ReferenceInterrogation::measure(const PointSet& set, std::uint32_t wanted, const ProbeOptions& options,
+                                     PointProperties& out) {
+  const std::span<const glm::vec3> points = set.locations, directions = set.directions;
+  if (contains(wanted, Property::normal_curvature) && directions.size() != points.size()) {
+    throw Error(ErrorCode::usage, "normal curvature needs one direction per point: there are " +
+                                      std::to_string(points.size()) + " points and " +
+                                      std::to_string(directions.size()) + " directions");
+  }
+  const auto column = [&](Property property, auto fill) {
+    return Values<decltype(fill)>(contains(wanted, property) ? points.size() : 0, fill);
+  };
+  auto value = column(Property::value, nan), gauss = column(Property::gauss, nan), mean = column(Property::mean, nan),
+       k1 = column(Property::principal, nan), k2 = column(Property::principal, nan),
+       along = column(Property::normal_curvature, nan);
+  auto normal = column(Property::normal, glm::vec3(nan)), d1 = column(Property::directions, glm::vec3(nan)),
+       d2 = column(Property::directions, glm::vec3(nan));
+  Values<std::uint32_t> status(points.size(), PointStatus::undefined);
+  const bool located = contains(wanted, Property::parameters) && surface_->has_coordinates() && set.coordinates.empty();
+  Values<SurfaceCoordinates> coordinates(located ? points.size() : 0);
+
+  auto one = [&](std::size_t i) {
+    const ReferencePoint point =
+        surface_->measure(glm::dvec3(points[i]), set.coordinates.empty() ? nullptr : &set.coordinates[i]);
+    const SurfaceFrame& frame = point.frame;
+    status[i] = frame.status;
+    if (!coordinates.empty()) coordinates[i] = point.coordinates;
+    if (contains(wanted, Property::value)) value[i] = float(point.value);
+    if (contains(wanted, Property::normal)) normal[i] = glm::vec3(frame.normal);
+    if (contains(wanted, Property::gauss)) gauss[i] = float(frame.k1 * frame.k2);
+    if (contains(wanted, Property::mean)) mean[i] = float(0.5 * (frame.k1 + frame.k2));
+    if (contains(wanted, Property::principal)) {
+      k1[i] = float(frame.k1);
+      k2[i] = float(frame.k2);
+    }
+    if (contains(wanted, Property::directions)) {
+      d1[i] = glm::vec3(frame.d1);
+      d2[i] = glm::vec3(frame.d2);
+    }
+    if (contains(wanted, Property::normal_curvature))
+      along[i] = float(normal_curvature(frame, glm::dvec3(directions[i])));
+  };
+  for_tiles(points.size(), options.tile, options.progress, [&](std::size_t begin, std::size_t end) {
+    parallel_for((end - begin + chunk - 1) / chunk, [&](std::size_t c) {
+      for (std::size_t i = begin + c * chunk; i < std::min(end, begin + (c + 1) * chunk); i++) one(i);
+    });
+  });
+  if (contains(wanted, Property::value)) out.value = std::move(value);
+  if (contains(wanted, Property::normal)) out.normal = std::move(normal);
+  if (contains(wanted, Property::gauss)) out.gauss = std::move(gauss);
+  if (contains(wanted, Property::mean)) out.mean = std::move(mean);
+  if (contains(wanted, Property::principal)) out.k1 = std::move(k1), out.k2 = std::move(k2);
+  if (contains(wanted, Property::directions)) out.d1 = std::move(d1), out.d2 = std::move(d2);
+  if (contains(wanted, Property::normal_curvature)) out.normal_curvature = std::move(along);
+  if (located) out.coordinates = std::move(coordinates);
+  out.status = std::move(status);
+  out.measured |= wanted;
+}
+
+void ReferenceInterrogation::update(const std::shared_ptr<const SurfaceModel>& model) {
+  std::shared_ptr<const ReferenceSurface> next = surface_->updated(*model);
+  if (!next) {
+    const std::unique_ptr<Interrogation> fresh = model->reference();
+    next = dynamic_cast<ReferenceInterrogation&>(*fresh).surface_;
+  }
+  surface_ = std::move(next);
+}
+
+}  // namespace smurf

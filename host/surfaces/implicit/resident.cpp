@@ -1,0 +1,403 @@
+// Surfaces given by expressions on a device: the expression and its derivatives become device source, in four arithmetics (kernels/core):
+// intervals with and without their slope along a ray, floats with a bound on their rounding, with their slope along a ray, and as such. The domain is cut into cells; of
+// those that can hold a root the device keeps a Taylor model.
+//
+// Device memory: 64 bytes for each active cell (128 where the function is made of minima or maxima in the end), and 1.3 bytes for each
+// cell (active_cells.hpp).
+#include "surfaces/implicit/definition.hpp"
+
+#include <fmt/args.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <set>
+#include <span>
+#include <vector>
+
+#include "expression/evaluate.hpp"
+#include "expression/source.hpp"
+#include "kernels/implicit/layout.inc"
+#include "smurf/error.hpp"
+#include "surfaces/grid/active_cells.hpp"
+#include "surfaces/implicit/cells.hpp"
+
+namespace smurf {
+namespace {
+
+using expression::Graph;
+using expression::NodeId;
+using expression::Op;
+
+// A function of the generated source: statements, and what is made of the values of its roots ({0}, {1}, ...).
+std::string function_source(const Graph& graph, std::span<const NodeId> roots, std::string_view head,
+                            std::string_view before, std::string_view after,
+                            const std::function<std::string(const expression::Node&)>& decision = {}) {
+  std::vector<std::string> names;
+  std::string text = fmt::format("{} {{\n{}", head, before);
+  text += expression::device_source(graph, roots, "", names, decision);
+  fmt::dynamic_format_arg_store<fmt::format_context> arguments;
+  for (const std::string& name : names) arguments.push_back(name);
+  return text + fmt::vformat(after, arguments) + "}\n";
+}
+
+// What is asked of the expression along rays (roots/taylor.inc) and at points (implicit/surface.inc).
+std::string expression_source(const ImplicitFunction& function) {
+  const Graph& graph = function.graph;
+  const std::vector<NodeId> value{function.value};
+  std::vector<NodeId> jet{function.value};
+  jet.insert(jet.end(), function.gradient.begin(), function.gradient.end());
+  jet.insert(jet.end(), function.hessian.begin(), function.hessian.end());
+  std::string text =
+      "#include \"arithmetic/interval_dual_vocabulary.inc\"\n#include \"arithmetic/interval_dual_defined.inc\"\n";
+  text += function_source(graph, value, "FN Span expression_span(Tape tape, Dual v0, Dual v1, Dual v2)",
+                          "  mask nowhere = mask_none();\n",
+                          "  Span span;\n  span.field = {0};\n  span.nowhere = nowhere;\n  return span;\n");
+  text += "#include \"arithmetic/running_error_vocabulary.inc\"\nSTRUCT(Rounded3) { Rounded x, y, z; };\n";
+  text += function_source(graph, function.gradient,
+                          "FN Rounded3 expression_gradient(Tape tape, Rounded v0, Rounded v1, Rounded v2)", "",
+                          "  Rounded3 g;\n  g.x = {0};\n  g.y = {1};\n  g.z = {2};\n  return g;\n");
+  text += function_source(graph, value, "FN Rounded expression_point(Tape tape, Rounded v0, Rounded v1, Rounded v2)",
+                          "", "  return {0};\n");
+  text += "#include \"arithmetic/dual.inc\"\n";
+  text +=
+      function_source(graph, value, "FN RealDual expression_along(Tape tape, RealDual v0, RealDual v1, RealDual v2)",
+                      "", "  return {0};\n");
+  text +=
+      "#include \"common/frame.inc\"\n#include \"arithmetic/real_vocabulary.inc\"\n"
+      "STRUCT(Jet) { real value; real3 gradient; Symmetric3 hessian; };\n";
+  text += function_source(graph, jet, "FN Jet expression_jet(Tape tape, real v0, real v1, real v2)", "",
+                          "  Jet jet;\n  jet.value = {0};\n  jet.gradient = make3({1}, {2}, {3});\n"
+                          "  jet.hessian.xx = {4};\n  jet.hessian.yy = {5};\n  jet.hessian.zz = {6};\n"
+                          "  jet.hessian.xy = {7};\n  jet.hessian.xz = {8};\n  jet.hessian.yz = {9};\n  return jet;\n");
+  return text;
+}
+
+// The creases of a function: where minima, maxima, choices and absolute values turn from one argument to the other. Each is where a
+// difference vanishes, which can be bounded over a cell much more closely than by comparing bounds of both arguments.
+class Creases {
+ public:
+  Creases(Graph& graph, NodeId value) : zero_(graph.constant(0)) {
+    const std::vector<NodeId> roots{value};
+    for (const NodeId id : expression::reachable(graph, roots)) {
+      const expression::Node node = graph[id];
+      if (node.op == Op::absolute) add(node.arguments[0], none, node.arguments[0]);
+      if (node.op == Op::minimum || node.op == Op::maximum || node.op == Op::choose) {
+        const auto [a, b] = std::pair(node.arguments[0], node.arguments[1]);
+        add(a, b, graph.subtract(a, b));
+      }
+    }
+    if (differences_.size() > most) {
+      differences_.clear();
+      places_.clear();
+    }
+    find_sides(graph, value);
+    for (std::size_t i = 0, count = differences_.size(); i < count; i++) {
+      for (int axis = 0; axis < 3; axis++) slopes_.push_back(expression::derivative(graph, differences_[i], axis));
+    }
+  }
+
+  std::size_t count() const { return differences_.size(); }
+  // Each difference and its derivatives by x, y, z.
+  std::vector<NodeId> roots() const {
+    std::vector<NodeId> all;
+    for (std::size_t i = 0; i < count(); i++) {
+      all.push_back(differences_[i]);
+      all.insert(all.end(), slopes_.begin() + std::ptrdiff_t(3 * i), slopes_.begin() + std::ptrdiff_t(3 * i + 3));
+    }
+    return all;
+  }
+  // What the function is of its two sides at each crease: the greater (1), the lesser (-1), or neither (0).
+  const std::vector<int>& sides() const { return sides_; }
+  // The sign of the difference that an operation turns on, as text; empty if it turns on none.
+  std::string decision(const expression::Node& node) const {
+    const auto [place, sign] = turning(node);
+    return sign == 0 ? std::string() : fmt::format("{}by.at[{}]", sign < 0 ? "-" : "", place);
+  }
+
+ private:
+  // The difference that an operation turns on, and 1, -1 for its negative, or 0 if it turns on none.
+  std::pair<std::size_t, int> turning(const expression::Node& node) const {
+    const auto find = [&](NodeId a, NodeId b, int sign) {
+      const auto found = places_.find({a, b});
+      return found == places_.end() ? std::pair(std::size_t(0), 0) : std::pair(found->second, sign);
+    };
+    const NodeId a = node.arguments[0], b = node.arguments[1];
+    switch (node.op) {
+      case Op::absolute:
+      case Op::sign:
+        return find(a, none, 1);
+      case Op::minimum:
+      case Op::maximum:
+      case Op::choose: {
+        if (a == zero_ && places_.contains({b, none})) return find(b, none, -1);  // the slope of |b|
+        const auto forward = find(a, b, 1);
+        return forward.second == 0 ? find(b, a, -1) : forward;
+      }
+      default:
+        return {0, 0};
+    }
+  }
+
+  // Where a function does not fall when a maximum in it rises, it is the maximum of what it is with either argument in its place; so for
+  // minima, and for |a|, the maximum of a and -a. Several maxima that turn on one difference turn together.
+  void find_sides(const Graph& graph, NodeId value) {
+    const auto rises_with = [&](const expression::Node& node, int argument) {
+      switch (node.op) {
+        case Op::minimum:
+        case Op::maximum:
+          return true;
+        case Op::add:
+          return graph.is_constant(node.arguments[std::size_t(1 - argument)]);
+        case Op::subtract:
+          return argument == 0 && graph.is_constant(node.arguments[1]);
+        default:
+          return false;
+      }
+    };
+    const std::vector<NodeId> roots{value};
+    const std::vector<NodeId> nodes = expression::reachable(graph, roots);
+    std::set<NodeId> otherwise;  // of what the function is no rising function
+    constexpr int unseen = 2;
+    sides_.assign(differences_.size(), unseen);
+    for (auto id = nodes.rbegin(); id != nodes.rend(); ++id) {
+      const expression::Node& node = graph[*id];
+      const bool rising = !otherwise.contains(*id);
+      for (int i = 0; i < expression::arity(node.op); i++) {
+        if (!rising || !rises_with(node, i)) otherwise.insert(node.arguments[std::size_t(i)]);
+      }
+      const auto [place, sign] = turning(node);
+      if (sign == 0) continue;
+      int side = 0;
+      if (rising && node.op == Op::minimum) side = -1;
+      if (rising && (node.op == Op::maximum || node.op == Op::absolute)) side = 1;
+      sides_[place] = sides_[place] == unseen || sides_[place] == side ? side : 0;
+    }
+    for (int& side : sides_) side = side == unseen ? 0 : side;
+    // Of two differences that are each other's negative it is not certain which one a derivative turns on.
+    for (const auto& [pair, place] : places_) {
+      if (places_.contains({pair.second, pair.first})) sides_[place] = 0;
+    }
+  }
+
+  static constexpr NodeId none = std::numeric_limits<NodeId>::max();
+  static constexpr std::size_t most = 16;
+
+  void add(NodeId a, NodeId b, NodeId difference) {
+    if (!places_.emplace(std::pair(a, b), differences_.size()).second) return;
+    differences_.push_back(difference);
+  }
+
+  const NodeId zero_;
+  std::vector<NodeId> differences_, slopes_;
+  std::vector<int> sides_;
+  std::map<std::pair<NodeId, NodeId>, std::size_t> places_;
+};
+
+// What is asked of it in cells (implicit/cells.inc).
+std::string box_source(const Graph& graph, const ImplicitFunction& function, const Creases& creases) {
+  const std::vector<NodeId> value{function.value};
+  std::vector<NodeId> jet{function.value};
+  jet.insert(jet.end(), function.gradient.begin(), function.gradient.end());
+  jet.insert(jet.end(), function.hessian.begin(), function.hessian.end());
+  std::string text = "#include \"arithmetic/interval_defined.inc\"\n";
+  text += function_source(graph, value, "FN_SHARED Reach expression_reach(Interval v0, Interval v1, Interval v2)",
+                          "  mask nowhere = mask_none();\n",
+                          "  Reach reach;\n  reach.field = {0};\n  reach.nowhere = nowhere;\n  return reach;\n");
+  text += "#include \"arithmetic/interval_smooth.inc\"\n";
+  text += "FN float crease_sides(int crease) {\n  float sides = 0.0f;\n";
+  for (std::size_t i = 0; i < creases.count(); i++)
+    text += fmt::format("  if (crease == {}) sides = {}.0f;\n", i, creases.sides()[i]);
+  text += "  return sides;\n}\n";
+  std::string assignments = "  Differences differences;\n  differences.smooth_here = smooth_here;\n";
+  if (creases.count() == 0)
+    assignments += "  UNROLL for (int i = 0; i < 4; i++) differences.at[i] = interval_whole(mask_none());\n";
+  for (std::size_t i = 0; i < 4 * creases.count(); i++)
+    assignments += fmt::format("  differences.at[{0}] = {{{0}}};\n", i);
+  text += function_source(
+      graph, creases.roots(), "FN_SHARED Differences expression_differences(Interval v0, Interval v1, Interval v2)",
+      "  mask smooth_here = mask_all(), nowhere = mask_none();\n", assignments + "  return differences;\n");
+  text +=
+      function_source(graph, jet, "FN_SHARED Box expression_box(Interval v0, Interval v1, Interval v2, Decisions by)",
+                      "  mask smooth_here = mask_all(), nowhere = mask_none();\n",
+                      "  Box box;\n  box.value = {0};\n  box.x = {1};\n  box.y = {2};\n  box.z = {3};\n"
+                      "  box.xx = {4};\n  box.yy = {5};\n  box.zz = {6};\n  box.xy = {7};\n  box.xz = {8};\n"
+                      "  box.yz = {9};\n  box.smooth_here = smooth_here;\n  return box;\n",
+                      [&](const expression::Node& node) { return creases.decision(node); });
+  return text;
+}
+
+// Cells along the longest side of the domain, at most.
+constexpr int most_cells = 192;
+
+class ResidentImplicit final : public ResidentSurface {
+ public:
+  ResidentImplicit(const ImplicitSurface& surface, Executor& executor)
+      : domain_(surface.domain), grid_(domain_, most_cells), function_(surface.function) {
+    modules_["surface"] = embedded_core("implicit/surface.inc");
+    modules_["expression"] = expression_source(*function_);
+    Graph with_differences = function_->graph;
+    const Creases creases(with_differences, function_->value);
+    modules_["box"] = box_source(with_differences, *function_, creases);
+    defines_["CREASES"] = fmt::format("{}", creases.count());
+    defines_["SIDES"] = std::ranges::any_of(creases.sides(), [](int side) { return side != 0; }) ? "2" : "1";
+    modules_["cells"] = embedded_core("implicit/cells.inc");
+    modules_["models"] = modules_["cells"];
+    // Whether derivatives have sides (arithmetic/running_error.inc).
+    const auto has_sides = [&](NodeId id) {
+      const Op op = function_->graph[id].op;
+      return op == Op::choose || op == Op::sign;
+    };
+    defines_["CHOICES"] =
+        std::ranges::any_of(expression::reachable(function_->graph, function_->gradient), has_sides) ? "1" : "0";
+    defines_["TAPS_INSIDE"] = "0";
+    ActiveCells::define_walks(defines_, grid_.cells, true);
+    parameters_ = TypedBuffer<std::uint32_t>(executor, IMPLICIT_PARAMETER_WORDS, "surface parameters");
+    write_parameters(surface);
+    cells_ = std::make_unique<ImplicitCells>(executor, grid_, modules_, defines_, *parameters_.get());
+    cells_->make(cells_->find(), {}, nullptr);
+  }
+
+  const std::map<std::string, std::string>& modules() const override { return modules_; }
+  const std::map<std::string, std::string>& defines() const override { return defines_; }
+  DeviceBuffer* parameters() const override { return parameters_.get(); }
+  std::vector<DeviceBuffer*> buffers() const override {
+    return {cells_->models(), cells_->distances(), cells_->blocks()};
+  }
+  std::size_t bytes() const override { return parameters_.bytes() + cells_->bytes(); }
+
+  bool update(const SurfaceModel& model) override {
+    const auto* other = dynamic_cast<const ImplicitSurface*>(&model);
+    if (!other || other->function != function_ || !(other->domain == domain_)) return false;
+    write_parameters(*other);
+    cells_->make(cells_->find(), {}, nullptr);
+    return true;
+  }
+
+ private:
+  void write_parameters(const ImplicitSurface& surface) { parameters_.write(parameter_words(surface, grid_)); }
+
+  const ImplicitDomain domain_;
+  const CellGrid grid_;
+  std::shared_ptr<const ImplicitFunction> function_;
+  std::map<std::string, std::string> modules_, defines_;
+  TypedBuffer<std::uint32_t> parameters_;
+  std::unique_ptr<ImplicitCells> cells_;
+};
+
+bool finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+}  // namespace
+
+std::shared_ptr<const ImplicitFunction> differentiated(Graph graph, NodeId value) {
+  ImplicitFunction function;
+  function.value = value;
+  for (int axis = 0; axis < 3; axis++)
+    function.gradient[std::size_t(axis)] = expression::derivative(graph, value, axis);
+  constexpr std::array<std::array<int, 2>, 6> pairs = {{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
+  for (std::size_t i = 0; i < pairs.size(); i++)
+    function.hessian[i] = expression::derivative(graph, function.gradient[std::size_t(pairs[i][0])], pairs[i][1]);
+  function.degree = expression::polynomial_degree(graph, value);
+  function.graph = std::move(graph);
+  return std::make_shared<const ImplicitFunction>(std::move(function));
+}
+
+const ImplicitDomain& require_domain(const ImplicitDomain& domain) {
+  const glm::dvec3 &lower = domain.lower, &upper = domain.upper;
+  if (!finite(lower) || !finite(upper) || glm::any(glm::greaterThan(lower, upper))) {
+    throw Error(ErrorCode::input,
+                fmt::format("the domain must be a box of finite corners, the lower first, not [{}, {}, {}] to "
+                            "[{}, {}, {}]",
+                            lower.x, lower.y, lower.z, upper.x, upper.y, upper.z));
+  }
+  if (!(domain.radius >= 0) || !std::isfinite(domain.radius))
+    throw Error(ErrorCode::input, fmt::format("the radius of the domain must be positive, not {}", domain.radius));
+  return domain;
+}
+
+ImplicitSurface::ImplicitSurface(std::string kind, std::string the_text,
+                                 std::shared_ptr<const ImplicitFunction> the_function, double the_level, Side the_side,
+                                 const ImplicitDomain& the_domain)
+    : text(std::move(the_text)),
+      function(std::move(the_function)),
+      level(the_level),
+      side(the_side),
+      domain(require_domain(the_domain)),
+      kind_(std::move(kind)) {
+  if (!std::isfinite(level)) throw Error(ErrorCode::input, fmt::format("the isovalue must be finite, not {}", level));
+}
+
+std::uint32_t ImplicitSurface::properties() const {
+  return Property::value | Property::normal | Property::gauss | Property::mean | Property::principal |
+         Property::directions | Property::normal_curvature;
+}
+
+std::vector<Fact> ImplicitSurface::facts() const {
+  std::vector<NodeId> roots{function->value};
+  std::vector<Fact> facts{{"field", "expression"},
+                          {"expression", text.size() <= 200 ? text : text.substr(0, 200) + "..."},
+                          {"operations", fmt::format("{}", expression::reachable(function->graph, roots).size())}};
+  if (function->degree >= 0) facts.push_back({"degree", fmt::format("{}", function->degree)});
+  if (kind_ == "isosurface") facts.push_back({"isovalue", fmt::format("{}", level)});
+  if (domain.radius > 0) facts.push_back({"ball", fmt::format("within {:g} of the origin", domain.radius)});
+  return facts;
+}
+
+std::optional<AnalyticField> ImplicitSurface::analytic_field() const {
+  const std::array<NodeId, 1> roots{function->value};
+  const double sign = side == Side::out_of_greater ? 1 : -1;
+  auto value = [evaluator = expression::Evaluator(function->graph, roots), sign](const glm::dvec3& point) {
+    thread_local std::vector<double> scratch;
+    double result = 0;
+    evaluator(std::span(&point.x, 3), std::span(&result, 1), scratch);
+    return sign * result;
+  };
+  return AnalyticField{std::move(value), sign * level, {domain.lower, domain.upper, domain.radius}};
+}
+
+namespace {
+
+// Cuts [low, high] of a ray to the domain, and leaves a little of what floats round off.
+void cut_to_domain(const ImplicitDomain& domain, const glm::dvec3& origin, const glm::dvec3& direction, double& low,
+                   double& high) {
+  double enter = low, leave = high;
+  for (int axis = 0; axis < 3; axis++) {
+    if (direction[axis] == 0) continue;
+    const double a = (domain.lower[axis] - origin[axis]) / direction[axis];
+    const double b = (domain.upper[axis] - origin[axis]) / direction[axis];
+    enter = std::max(enter, std::min(a, b));
+    leave = std::min(leave, std::max(a, b));
+  }
+  if (domain.radius > 0) {
+    const double size = glm::dot(direction, direction), middle = -glm::dot(origin, direction) / size;
+    const glm::dvec3 nearest = origin + middle * direction;
+    const double reach = std::sqrt(std::max(domain.radius * domain.radius - glm::dot(nearest, nearest), 0.0) / size);
+    enter = std::max(enter, middle - reach);
+    leave = std::min(leave, middle + reach);
+  }
+  constexpr double rounding = 0x1p-22;
+  const double slack = rounding * std::max(std::abs(enter), std::abs(leave));
+  low = std::max(low, enter - slack);
+  high = std::min(high, leave + slack);
+}
+
+}  // namespace
+
+RootDecider ImplicitSurface::root_decider() const {
+  return [roots = expression::LineRoots(function->graph, function->value, level), where = domain](
+             const Ray& ray, double low, double high, std::vector<expression::LineRoot>& found) {
+    const glm::dvec3 origin(ray.origin), direction(ray.direction);
+    cut_to_domain(where, origin, direction, low, high);
+    roots.find(origin, direction, low, high, found);
+  };
+}
+
+std::unique_ptr<ResidentSurface> ImplicitSurface::reside(Executor& executor, const PrepareOptions&) const {
+  if (is_interpreted(*function)) return reside_as_tape(*this, executor);
+  return std::make_unique<ResidentImplicit>(*this, executor);
+}
+
+}  // namespace smurf

@@ -1,0 +1,35 @@
+// What the public API asks of a surface on a device. Two implementations: the batched stages on an
+// executor (host/api/batches.cpp) and the double-precision reference (host/reference).
+#pragma once
+
+#include <memory>
+
+#include "smurf/interrogator.hpp"
+
+namespace smurf {
+
+// Points that properties are asked of. On kinds with surface coordinates these say where a point lies; where they are not given, it is
+// the point of the surface that is nearest to the location.
+struct PointSet {
+  std::span<const glm::vec3> locations;
+  std::span<const SurfaceCoordinates> coordinates = {};  // none, or one per point
+  std::span<const glm::vec3> directions = {};            // none, or one per point: for normal curvature
+};
+
+class Interrogation {
+ public:
+  virtual ~Interrogation() = default;
+  // Fills everything of the hit list but its interrogation_.
+  virtual void cast(const RayBatch& rays, const CastOptions& options, HitList& hits) = 0;
+  // Adds the columns in `wanted` to `out`, and the status.
+  virtual void measure(const PointSet& points, std::uint32_t wanted, const ProbeOptions& options,
+                       PointProperties& out) = 0;
+  virtual void update(const std::shared_ptr<const SurfaceModel>& model) = 0;
+  virtual std::size_t device_bytes() const = 0;
+};
+
+std::unique_ptr<Interrogation> interrogate_on_device(const Device& device,
+                                                     const std::shared_ptr<const SurfaceModel>& model,
+                                                     const PrepareOptions& options = {});
+
+}  // namespace smurf

@@ -1,0 +1,191 @@
+// Runs every kernel of kernels/kernels.def on a small case, for grids of every reconstruction and sample type, and compares with
+// the reference: a program of its own, so that it can be started under oclgrind or on another OpenCL implementation.
+//
+//   kernel-sweep DEVICE LANES [WHAT ...]     grids by sample type, as in "uint8"; "mesh", "black-box"; all when none is given
+//
+// Exit codes: 0 all agree, 1 a difference or an error, 3 there is no such device.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "smurf/black_box.hpp"
+#include "smurf/error.hpp"
+#include "smurf/interrogator.hpp"
+#include "truth/analytic.hpp"
+#include "truth/meshes.hpp"
+#include "truth/rays.hpp"
+
+namespace smurf::test {
+namespace {
+
+constexpr SampleType stored_types[] = {SampleType::float32, SampleType::uint8, SampleType::int8, SampleType::uint16,
+                                       SampleType::int16};
+
+// Blocks of 4³ cells and the data's border both come into play, and some rays miss.
+Volume small_volume(SampleType type) {
+  const glm::ivec3 size(8, 7, 6);
+  const bool is_signed = type == SampleType::int8 || type == SampleType::int16;
+  return sample(*torus_field({3.4, 2.9, 2.6}, 2.1, 1.1),
+                {.size = size, .type = type, .scale = 25, .offset = is_signed ? -20.0 : 100.0});
+}
+
+double isovalue_of(const Volume& volume) { return 0.4 * volume.minimum() + 0.6 * volume.maximum(); }
+
+// The largest relative difference of two columns, and whether they hold a NaN in different places.
+double difference(std::span<const float> a, std::span<const float> b) {
+  double largest = 0;
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); i++) {
+    if (std::isnan(a[i]) && std::isnan(b[i])) continue;
+    const double error = std::abs(double(a[i]) - b[i]) / std::max(1.0, std::abs(double(b[i])));
+    largest = std::isnan(error) ? HUGE_VAL : std::max(largest, error);
+  }
+  return largest;
+}
+
+class Sweep {
+ public:
+  Sweep(const std::string& name, int lanes)
+      : device_(open_device(name, {.lanes = lanes, .validation = name.starts_with("vulkan")})),
+        reference_(open_device("reference")) {}
+
+  void run(Reconstruction reconstruction, SampleType type) {
+    what_ = fmt::format("{} {}", name_of(reconstruction), name_of(type));
+    const Volume volume = small_volume(type);
+    const Surface surface = isosurface(volume, isovalue_of(volume), {reconstruction});
+    const Interrogator query(device_, surface), truth(reference_, surface);
+
+    RayBatch rays = random_chords(frame_of(volume), 160, 5).rays;
+    rays.image_width = 16;  // so that rays are reordered
+    const HitList hits = query.cast(rays, {.hits = Hits::all, .tile = 128}),
+                  expected = truth.cast(rays, {.hits = Hits::all});
+    expect(std::ranges::equal(hits.offsets(), expected.offsets()), "numbers of hits");
+    expect(hits.size() > 50, "enough hits");
+    if (hits.size() != expected.size()) return;
+    expect_close("t", difference(hits.t(), expected.t()), 1e-4);
+
+    const HitList first = query.cast(rays, {.hits = Hits::first});
+    expect(first.size() <= hits.size() && first.size() > 0, "first hits");
+
+    // All properties at the same points.
+    const auto points = expected.locations();
+    const std::vector<glm::vec3> directions(points.size(), glm::vec3(0.3f, 0.5f, 0.8f));
+    const std::uint32_t all = 127;
+    const PointProperties a = query.probe(points, all, {.directions = directions});
+    const PointProperties b = truth.probe(points, all, {.directions = directions});
+    expect_close("value", difference(a.value, b.value), 1e-4);
+    expect_close("normal", difference(flat(a.normal), flat(b.normal)), 1e-3);
+    expect_close("gauss", difference(a.gauss, b.gauss), 1e-2);
+    expect_close("mean", difference(a.mean, b.mean), 1e-2);
+    expect_close("k1", difference(a.k1, b.k1), 1e-2);
+    expect_close("k2", difference(a.k2, b.k2), 1e-2);
+    expect_close("normal curvature", difference(a.normal_curvature, b.normal_curvature), 1e-2);
+    std::printf("%-22s %zu hits\n", what_.c_str(), hits.size());
+  }
+
+  // A small torus: rays, the vertices' normals and tensors, and points off it.
+  void run_mesh() {
+    what_ = "mesh";
+    const Mesh mesh = torus_mesh(3, 1, 16, 10);
+    const Surface surface = mesh_surface(mesh, MeshNormals::interpolated);
+    const Interrogator query(device_, surface), truth(reference_, surface);
+    GridFrame frame;
+    frame.placement.origin = glm::dvec3(mesh.lower());
+    for (int axis = 0; axis < 3; axis++) frame.placement.axes[axis][axis] = mesh.upper()[axis] - mesh.lower()[axis];
+    const RayBatch rays = random_chords(frame, 100, 5).rays;
+    const HitList hits = query.cast(rays, {.hits = Hits::all}), expected = truth.cast(rays, {.hits = Hits::all});
+    expect(std::ranges::equal(hits.offsets(), expected.offsets()), "numbers of hits");
+    const auto points = expected.locations();
+    const PointProperties a = query.probe(points, Property::normal | Property::mean),
+                          b = truth.probe(points, Property::normal | Property::mean);
+    expect_close("normal", difference(flat(a.normal), flat(b.normal)), 1e-3);
+    // The torus itself: on a mesh as coarse as this the reference's estimate is off by more.
+    std::vector<float> mean;
+    for (const glm::vec3& p : points) {
+      const double out = std::hypot(p.x, p.y) - 3, cosine = out / std::hypot(out, double(p.z));
+      mean.push_back(float(0.5 + 0.5 * cosine / (3 + cosine)));
+    }
+    expect_close("mean", difference(a.mean, mean), 0.1);
+    std::printf("%-22s %zu hits\n", what_.c_str(), hits.size());
+  }
+
+  // A surface in [-1, 1]³.
+  void run_black_box(const Surface& surface) {
+    what_ = "black box";
+    const Interrogator query(device_, surface), truth(reference_, surface);
+    GridFrame frame;
+    frame.placement.origin = glm::dvec3(-1);
+    for (int axis = 0; axis < 3; axis++) frame.placement.axes[axis][axis] = 2;
+    const RayBatch rays = random_chords(frame, 60, 5).rays;
+    const HitList hits = query.cast(rays, {.hits = Hits::all}), expected = truth.cast(rays, {.hits = Hits::all});
+    expect(std::ranges::equal(hits.offsets(), expected.offsets()), "numbers of hits");
+    expect(hits.size() > 20, "enough hits");
+    if (hits.size() != expected.size()) return;
+    expect_close("t", difference(hits.t(), expected.t()), 1e-4);
+    const std::uint32_t wanted = Property::normal | Property::mean;
+    const PointProperties a = query.probe(expected.locations(), wanted), b = truth.probe(expected.locations(), wanted);
+    expect_close("normal", difference(flat(a.normal), flat(b.normal)), 1e-3);
+    expect_close("mean", difference(a.mean, b.mean), 1e-2);
+    std::printf("%-22s %zu hits\n", what_.c_str(), hits.size());
+  }
+
+  int failures() const { return failures_; }
+  const DeviceInfo& info() const { return device_.info(); }
+
+ private:
+  static std::span<const float> flat(std::span<const glm::vec3> v) {
+    return {v.empty() ? nullptr : &v[0].x, 3 * v.size()};
+  }
+  void expect(bool condition, const char* what) {
+    if (condition) return;
+    failures_++;
+    std::fprintf(stderr, "%s: wrong: %s\n", what_.c_str(), what);
+  }
+  void expect_close(const char* quantity, double error, double allowed) {
+    if (error <= allowed) return;
+    failures_++;
+    std::fprintf(stderr, "%s: %s differs from the reference by %g, allowed %g\n", what_.c_str(), quantity, error,
+                 allowed);
+  }
+
+  Device device_, reference_;
+  std::string what_;
+  int failures_ = 0;
+};
+
+}  // namespace
+}  // namespace smurf::test
+
+int main(int count, char** words) {
+  using namespace smurf;
+  using namespace smurf::test;
+  if (count < 3) {
+    std::fprintf(stderr, "usage: kernel-sweep DEVICE LANES [WHAT ...]\n");
+    return 2;
+  }
+  try {
+    Sweep sweep(words[1], std::stoi(words[2]));
+    std::printf("on %s, %d lanes\n", sweep.info().name.c_str(), sweep.info().lanes);
+    const std::vector<std::string> named(words + 3, words + count);
+    const auto wanted = [&](const std::string& what) {
+      return named.empty() || std::ranges::find(named, what) != named.end();
+    };
+    for (SampleType type : stored_types) {
+      if (!wanted(name_of(type))) continue;
+      for (Reconstruction r : {Reconstruction::trilinear, Reconstruction::tricubic, Reconstruction::catmull_rom})
+        sweep.run(r, type);
+    }
+    const Domain domain{glm::dvec3(-1), glm::dvec3(1)};
+    const BlackBox box{"FN real black_box(real x, real y, real z) { return x * x + 2.0f * y * y + z * z - 0.7f; }\n",
+                       [](const glm::dvec3& p) { return p.x * p.x + 2 * p.y * p.y + p.z * p.z - 0.7; }, "ellipsoid"};
+    if (wanted("mesh")) sweep.run_mesh();
+    if (wanted("black-box")) sweep.run_black_box(implicit(box, domain));
+    return sweep.failures() == 0 ? 0 : 1;
+  } catch (const Error& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return error.code() == ErrorCode::usage ? 3 : 1;
+  }
+}
