@@ -175,8 +175,8 @@ static inline void pack_reals(float* list, int at, real v, int bits) {
 #define splat_integer(x) ((integer)(x))
 #define splat_word(x) ((word)(x))
 #define count_bits(w) to_signed(popcount(w))
-#define absolute(x) fabs(x)
-#define square_root(x) sqrt(x)
+#define abs_real(x) fabs(x)
+#define sqrt_real(x) sqrt(x)
 
 #define FN static inline __attribute__((always_inline))
 #define FN_SHARED static __attribute__((noinline))  // long, and called from many places: compiled once

@@ -4,11 +4,11 @@
 layout(local_size_x = GROUP) in;
 
 layout(push_constant) uniform Arguments {
-  Buffer parameters, surface_a, surface_b, surface_c, surface_d, points, coordinates;
+  Buffer uniforms, surface_a, surface_b, surface_c, surface_d, points, coordinates;
   int first, end;
 };
 
 void main() {
-  Surface surface = surface_open(parameters, surface_a, surface_b, surface_c, surface_d);
+  Surface surface = surface_open(uniforms, surface_a, surface_b, surface_c, surface_d);
   surface_nearest_to(surface, points, coordinates, first + lane_items(item_index()), end);
 }

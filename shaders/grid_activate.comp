@@ -4,14 +4,14 @@
 layout(local_size_x = GROUP) in;
 
 layout(push_constant) uniform Arguments {
-  Buffer parameters, surface_a, bounds, cells;
+  Buffer uniforms, surface_a, bounds, cells;
   int count;
 };
 
 void main() {
   integer items = lane_items(item_index());
-  integer block = lesser_integer(items, splat_integer(count - 1));
-  Grid grid = grid_open(parameters, surface_a);
+  integer block = min_integer(items, splat_integer(count - 1));
+  Grid grid = grid_open(uniforms, surface_a);
   CellBits bits = grid_block_cells(grid, block, grid_block_reaches(grid, bounds, block));
   store_word(cells, 2 * block, bits.low, items < count);
   store_word(cells, 2 * block + 1, bits.high, items < count);

@@ -4,12 +4,12 @@
 layout(local_size_x = GROUP) in;
 
 layout(push_constant) uniform Arguments {
-  Buffer parameters, surface_a, cells, skips, distances;
+  Buffer uniforms, surface_a, cells, skips, distances;
   int count;
 };
 
 void main() {
   integer items = lane_items(item_index());
-  integer block = lesser_integer(items, splat_integer(count - 1));
-  grid_block_distances(grid_open(parameters, surface_a), cells, skips, distances, block, items < count);
+  integer block = min_integer(items, splat_integer(count - 1));
+  grid_block_distances(grid_open(uniforms, surface_a), cells, skips, distances, block, items < count);
 }

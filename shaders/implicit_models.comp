@@ -4,10 +4,10 @@
 layout(local_size_x = GROUP) in;
 
 layout(push_constant) uniform Arguments {
-  Buffer parameters, cells, tapes, list, models;
+  Buffer uniforms, cells, tapes, list, models;
   int count, marks_only;
 };
 
 void main() {
-  implicit_models_of(grid_open(parameters, list), cells, tapes, list, models, lane_items(item_index()), count, marks_only);
+  implicit_models_of(grid_open(uniforms, list), cells, tapes, list, models, lane_items(item_index()), count, marks_only);
 }

@@ -5,11 +5,11 @@
 layout(local_size_x = GROUP) in;
 
 layout(push_constant) uniform Arguments {
-  Buffer parameters, surface_a, surface_b, surface_c, surface_d, points, coordinates, directions, columns;
+  Buffer uniforms, surface_a, surface_b, surface_c, surface_d, points, coordinates, directions, columns;
   int first, end, stride, wanted;
 };
 
 void main() {
-  Surface surface = surface_open(parameters, surface_a, surface_b, surface_c, surface_d);
+  Surface surface = surface_open(uniforms, surface_a, surface_b, surface_c, surface_d);
   measure_points(surface, points, coordinates, directions, columns, first + lane_items(item_index()), end, stride, wanted);
 }

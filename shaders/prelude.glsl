@@ -48,8 +48,8 @@
 #define splat_integer(x) int(x)
 #define splat_word(x) uint(x)
 #define count_bits(w) bitCount(w)
-#define absolute(x) abs(x)
-#define square_root(x) sqrt(x)
+#define abs_real(x) abs(x)
+#define sqrt_real(x) sqrt(x)
 
 #define FN
 #define FN_SHARED

@@ -14,8 +14,8 @@
 #include "device/executor.hpp"
 #include "kernels/layout/slots.inc"
 #include "smurf/error.hpp"
-#include "surfaces/interrogation.hpp"
 #include "surfaces/property_columns.hpp"
+#include "surfaces/queries.hpp"
 #include "surfaces/surface_definition.hpp"
 
 namespace smurf {
@@ -70,10 +70,10 @@ class Rows {
 
 }  // namespace
 
-class DeviceInterrogation final : public Interrogation {
+class DeviceQueries final : public SurfaceQueries {
  public:
-  DeviceInterrogation(const Device& device, const std::shared_ptr<const SurfaceModel>& model,
-                      const PrepareOptions& options)
+  DeviceQueries(const Device& device, const std::shared_ptr<const SurfaceDefinition>& model,
+                const PrepareOptions& options)
       : device_(device),
         executor_(device_.executor()),
         model_(model),
@@ -87,7 +87,7 @@ class DeviceInterrogation final : public Interrogation {
     find(rays, options, hits);
     if (rays.size() > 0) rows_per_ray_ = double(hits.size()) / double(rays.size());
     give_back_spare(hits);
-    HitDecision::decide(
+    FlaggedHitResolver::resolve(
         *model_, rays, options.hits,
         [&](const RayBatch& rest, HitList& found) { find(rest, {.hits = Hits::first, .tile = options.tile}, found); },
         hits);
@@ -194,7 +194,7 @@ class DeviceInterrogation final : public Interrogation {
     if (!found.empty()) out.coordinates = std::move(found);
   }
 
-  void update(const std::shared_ptr<const SurfaceModel>& model) override {
+  void update(const std::shared_ptr<const SurfaceDefinition>& model) override {
     model_ = model;
     hits_seen_ = 0;
     if (!surface_->update(*model)) {
@@ -295,7 +295,7 @@ class DeviceInterrogation final : public Interrogation {
     ensure(slots_, std::size_t(capacity) * SLOT_STRIDE(tile.count, columns), "hit slots");
     const std::vector<DeviceBuffer*> surface = surface_buffers();
     launch(executor_, find_hits_,
-           arguments::find_hits{.parameters = surface_->parameters(),
+           arguments::find_hits{.uniforms = surface_->uniforms(),
                                 .surface_a = surface[0],
                                 .surface_b = surface[1],
                                 .surface_c = surface[2],
@@ -457,7 +457,7 @@ class DeviceInterrogation final : public Interrogation {
         Property::gauss | Property::mean | Property::principal | Property::directions | Property::normal_curvature;
     const std::vector<DeviceBuffer*> surface = surface_buffers();
     launch(executor_, (wanted & second) != 0 ? measure_second_ : measure_first_,
-           arguments::measure{.parameters = surface_->parameters(),
+           arguments::measure{.uniforms = surface_->uniforms(),
                               .surface_a = surface[0],
                               .surface_b = surface[1],
                               .surface_c = surface[2],
@@ -477,7 +477,7 @@ class DeviceInterrogation final : public Interrogation {
   void find_nearest(DeviceBuffer* locations, std::size_t first, std::size_t end) {
     const std::vector<DeviceBuffer*> surface = surface_buffers();
     launch(executor_, find_nearest_,
-           arguments::find_nearest{.parameters = surface_->parameters(),
+           arguments::find_nearest{.uniforms = surface_->uniforms(),
                                    .surface_a = surface[0],
                                    .surface_b = surface[1],
                                    .surface_c = surface[2],
@@ -527,7 +527,7 @@ class DeviceInterrogation final : public Interrogation {
 
   Device device_;
   Executor& executor_;
-  std::shared_ptr<const SurfaceModel> model_;
+  std::shared_ptr<const SurfaceDefinition> model_;
   const int rays_in_block_;
   std::unique_ptr<ResidentSurface> surface_;
   bool coordinates_;         // hits have surface coordinates
@@ -551,10 +551,10 @@ class DeviceInterrogation final : public Interrogation {
   TypedBuffer<std::uint32_t> columns_;
 };
 
-std::unique_ptr<Interrogation> interrogate_on_device(const Device& device,
-                                                     const std::shared_ptr<const SurfaceModel>& model,
-                                                     const PrepareOptions& options) {
-  return std::make_unique<DeviceInterrogation>(device, model, options);
+std::unique_ptr<SurfaceQueries> interrogate_on_device(const Device& device,
+                                                      const std::shared_ptr<const SurfaceDefinition>& model,
+                                                      const PrepareOptions& options) {
+  return std::make_unique<DeviceQueries>(device, model, options);
 }
 
 }  // namespace smurf

@@ -5,7 +5,7 @@
 
 #include "device/executor.hpp"
 #include "smurf/error.hpp"
-#include "surfaces/interrogation.hpp"
+#include "surfaces/queries.hpp"
 #include "surfaces/record_answers.hpp"
 #include "surfaces/surface_definition.hpp"
 
@@ -40,7 +40,7 @@ std::string_view name_of(HitStatus status) {
 Interrogator::Interrogator(const Device& device, const Surface& surface, const PrepareOptions& options) {
   auto interrogation =
       device.is_reference() ? surface.model().reference() : interrogate_on_device(device, surface.share(), options);
-  interrogation_ = recorded(std::move(interrogation), std::string(surface.kind()), device);
+  queries_ = recorded(std::move(interrogation), std::string(surface.kind()), device);
 }
 
 HitList Interrogator::cast(const RayBatch& rays, const CastOptions& options) const {
@@ -50,8 +50,8 @@ HitList Interrogator::cast(const RayBatch& rays, const CastOptions& options) con
                 "normal curvature needs a direction per hit: ask the hit list for normal_curvatures(directions)");
   }
   HitList hits;
-  interrogation_->cast(rays, options, hits);
-  hits.interrogation_ = interrogation_;
+  queries_->cast(rays, options, hits);
+  hits.queries_ = queries_;
   return hits;
 }
 
@@ -65,14 +65,14 @@ PointProperties Interrogator::probe(std::span<const glm::vec3> points, std::uint
                             options.directions.size()));
   }
   PointProperties out;
-  interrogation_->measure({points, {}, directed ? options.directions : std::span<const glm::vec3>()}, properties,
-                          options, out);
+  queries_->measure({points, {}, directed ? options.directions : std::span<const glm::vec3>()}, properties, options,
+                    out);
   return out;
 }
 
-void Interrogator::update(const Surface& surface) { interrogation_->update(surface.share()); }
+void Interrogator::update(const Surface& surface) { queries_->update(surface.share()); }
 
-std::size_t Interrogator::device_bytes() const { return interrogation_->device_bytes(); }
+std::size_t Interrogator::device_bytes() const { return queries_->device_bytes(); }
 
 const PointProperties& HitList::properties(std::uint32_t wanted) const {
   require_answerable(wanted);
@@ -82,7 +82,7 @@ const PointProperties& HitList::properties(std::uint32_t wanted) const {
   if (wanted == coordinates) return properties_;
   const std::uint32_t missing = wanted & ~properties_.measured;
   if (missing != 0 || properties_.status.size() != size()) {
-    interrogation_->measure({locations_, coordinates_, {}}, missing, {}, properties_);
+    queries_->measure({locations_, coordinates_, {}}, missing, {}, properties_);
   }
   return properties_;
 }
@@ -116,7 +116,7 @@ Column<float> HitList::normal_curvatures(std::span<const glm::vec3> directions) 
                                               size(), directions.size()));
   }
   PointProperties out;
-  interrogation_->measure({locations_, coordinates_, directions}, std::uint32_t(Property::normal_curvature), {}, out);
+  queries_->measure({locations_, coordinates_, directions}, std::uint32_t(Property::normal_curvature), {}, out);
   return out.normal_curvature;
 }
 

@@ -17,7 +17,7 @@ using expression::LineRoot;
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
 // What t of a hit has been rounded by, in parts of the farthest t on the ray: it is the sum of where the ray enters and of how far the hit
-// is from there, and the walk in between rounds once or twice more.
+// is from there, and the traversal in between rounds once or twice more.
 constexpr double rounding_of_t = 0x1p-22;
 
 constexpr std::size_t few_rays = 8;  // not worth a thread
@@ -68,20 +68,20 @@ void move_rows(const std::vector<Stretch>& stretches, T* rows) {
 
 }  // namespace
 
-void HitDecision::decide(const SurfaceModel& model, const RayBatch& rays, Hits wanted, const Cast& cast_first,
-                         HitList& hits) {
+void FlaggedHitResolver::resolve(const SurfaceDefinition& model, const RayBatch& rays, Hits wanted,
+                                 const Cast& cast_first, HitList& hits) {
   if (std::ranges::none_of(hits.status_, is_flagged)) return;
-  const RootDecider decider = model.root_decider();
-  if (!decider) return;
+  const RootResolver resolver = model.root_resolver();
+  if (!resolver) return;
   std::vector<RayHits> flagged = flagged_rays(hits);
   const Bounds bounds = model.bounds();
   each_ray(flagged.size(),
-           [&](std::size_t i) { decide_ray(decider, bounds, rays[flagged[i].ray], wanted, flagged[i]); });
-  if (wanted == Hits::first) cast_again(decider, bounds, rays, cast_first, flagged);
+           [&](std::size_t i) { resolve_ray(resolver, bounds, rays[flagged[i].ray], wanted, flagged[i]); });
+  if (wanted == Hits::first) cast_again(resolver, bounds, rays, cast_first, flagged);
   write(flagged, rays, hits);
 }
 
-std::vector<HitDecision::RayHits> HitDecision::flagged_rays(const HitList& hits) {
+std::vector<FlaggedHitResolver::RayHits> FlaggedHitResolver::flagged_rays(const HitList& hits) {
   std::vector<RayHits> flagged;
   for (std::size_t h = 0; h < hits.size(); h++) {
     if (!is_flagged(hits.status_[h])) continue;
@@ -94,8 +94,8 @@ std::vector<HitDecision::RayHits> HitDecision::flagged_rays(const HitList& hits)
   return flagged;
 }
 
-void HitDecision::decide_ray(const RootDecider& decider, const Bounds& bounds, const Ray& ray, Hits wanted,
-                             RayHits& ray_hits) {
+void FlaggedHitResolver::resolve_ray(const RootResolver& resolver, const Bounds& bounds, const Ray& ray, Hits wanted,
+                                     RayHits& ray_hits) {
   const double rounding = rounding_of_t * farthest_t(bounds, ray);
   const auto low_end = [&](const Hit& hit) { return double(hit.t) - double(hit.uncertainty) - rounding; };
   const auto high_end = [&](const Hit& hit) { return double(hit.t) + double(hit.uncertainty) + rounding; };
@@ -116,7 +116,7 @@ void HitDecision::decide_ray(const RootDecider& decider, const Bounds& bounds, c
       continue;
     }
     roots.clear();
-    decider(ray, std::max(low, double(ray.t_min)), std::min(high, double(ray.t_max)), roots);
+    resolver(ray, std::max(low, double(ray.t_min)), std::min(high, double(ray.t_max)), roots);
     for (const LineRoot& root : roots) {
       const float t = std::clamp(float(0.5 * root.low + 0.5 * root.high), ray.t_min, ray.t_max);
       const double off = std::max(root.high - double(t), double(t) - root.low);
@@ -133,8 +133,8 @@ void HitDecision::decide_ray(const RootDecider& decider, const Bounds& bounds, c
     ray_hits.hits.erase(ray_hits.hits.begin() + 1, ray_hits.hits.end());
 }
 
-void HitDecision::cast_again(const RootDecider& decider, const Bounds& bounds, const RayBatch& rays,
-                             const Cast& cast_first, std::vector<RayHits>& all) {
+void FlaggedHitResolver::cast_again(const RootResolver& resolver, const Bounds& bounds, const RayBatch& rays,
+                                    const Cast& cast_first, std::vector<RayHits>& all) {
   for (int round = 0; round < most_rounds; round++) {
     std::vector<RayHits*> open;
     for (RayHits& ray_hits : all) {
@@ -157,14 +157,14 @@ void HitDecision::cast_again(const RootDecider& decider, const Bounds& bounds, c
       ray_hits.hits = {{hits.t_[h], hits.uncertainty_[h], hits.status_[h]}};
       // The last time a flag stays: it says that there may be no root.
       if (is_flagged(hits.status_[h]) && round + 1 < most_rounds)
-        decide_ray(decider, bounds, rest[i], Hits::first, ray_hits);
+        resolve_ray(resolver, bounds, rest[i], Hits::first, ray_hits);
     });
   }
 }
 
 // Puts the changed rays' hits in place of those that they had. The rows in between stay in the list's memory: they only move up or down by what
 // the rays before them have lost or won.
-void HitDecision::write(const std::vector<RayHits>& changed, const RayBatch& rays, HitList& hits) {
+void FlaggedHitResolver::write(const std::vector<RayHits>& changed, const RayBatch& rays, HitList& hits) {
   const std::size_t rows = hits.size();
   std::vector<Stretch> stretches;      // between the changed rays, where rows move at all
   std::vector<std::size_t> first_row;  // of each changed ray

@@ -131,7 +131,7 @@ struct CacheHeader {
   std::uint64_t hash;
 };
 static_assert(sizeof(CacheHeader) == 24);
-constexpr char kCacheMagic[8] = {'s', 'm', 'u', 'r', 'f', '0', '0', '1'};
+constexpr char cache_magic[8] = {'s', 'm', 'u', 'r', 'f', '0', '0', '1'};
 
 }  // namespace
 
@@ -195,7 +195,7 @@ std::optional<std::vector<std::byte>> load_cached(const std::string& key) {
     if (size < static_cast<std::streamoff>(sizeof header)) return std::nullopt;
     file.seekg(0);
     file.read(reinterpret_cast<char*>(&header), sizeof header);
-    if (!file || std::memcmp(header.magic, kCacheMagic, sizeof kCacheMagic) != 0) return std::nullopt;
+    if (!file || std::memcmp(header.magic, cache_magic, sizeof cache_magic) != 0) return std::nullopt;
     if (header.bytes != static_cast<std::uint64_t>(size) - sizeof header) return std::nullopt;
     std::vector<std::byte> data(header.bytes);
     char* bytes = reinterpret_cast<char*>(data.data());
@@ -216,7 +216,7 @@ void store_cached(const std::string& key, const void* data, std::size_t bytes) {
     static std::atomic<unsigned> counter{0};
     const fs::path temporary = *directory / fmt::format("{}.{}.{}.tmp", key, ::getpid(), counter++);
     CacheHeader header{{}, bytes, hash_rotating({static_cast<const char*>(data), bytes})};
-    std::memcpy(header.magic, kCacheMagic, sizeof kCacheMagic);
+    std::memcpy(header.magic, cache_magic, sizeof cache_magic);
     std::ofstream file(temporary, std::ios::binary | std::ios::trunc);
     file.write(reinterpret_cast<const char*>(&header), sizeof header);
     file.write(static_cast<const char*>(data), static_cast<std::streamsize>(bytes));

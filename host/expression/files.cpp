@@ -167,10 +167,10 @@ NodeId two(Graph& graph, NodeId a, NodeId b) {
 
 // Whether a is zero decides.
 NodeId where_zero(Graph& g, NodeId a, NodeId then, NodeId otherwise) {
-  return g.choose(g.unary(Op::absolute, a), g.constant(0), then, otherwise);
+  return g.choose(g.unary(Op::abs, a), g.constant(0), then, otherwise);
 }
 NodeId rounded(Graph& g, NodeId a, NodeId) {  // halves away from zero
-  const NodeId size = g.unary(Op::floor, g.add(g.unary(Op::absolute, a), g.constant(0.5)));
+  const NodeId size = g.unary(Op::floor, g.add(g.unary(Op::abs, a), g.constant(0.5)));
   return g.multiply(g.unary(Op::sign, a), size);
 }
 NodeId ceiling(Graph& g, NodeId a, NodeId) { return g.negate(g.unary(Op::floor, g.negate(a))); }
@@ -179,31 +179,31 @@ NodeId no(Graph& g, NodeId a, NodeId) { return where_zero(g, a, g.constant(1), g
 NodeId both(Graph& g, NodeId a, NodeId b) { return where_zero(g, a, a, b); }
 NodeId either(Graph& g, NodeId a, NodeId b) { return where_zero(g, a, b, a); }
 NodeId compared(Graph& g, NodeId a, NodeId b) { return g.unary(Op::sign, g.subtract(a, b)); }
-NodeId remainder(Graph& g, NodeId a, NodeId b) { return g.binary(Op::modulo, a, g.unary(Op::absolute, b)); }
+NodeId remainder(Graph& g, NodeId a, NodeId b) { return g.binary(Op::mod, a, g.unary(Op::abs, b)); }
 
-constexpr std::array tape_operations = {TapeOperation{"abs", 1, one<Op::absolute>},
+constexpr std::array tape_operations = {TapeOperation{"abs", 1, one<Op::abs>},
                                         TapeOperation{"neg", 1, one<Op::negate>},
-                                        TapeOperation{"sqrt", 1, one<Op::square_root>},
+                                        TapeOperation{"sqrt", 1, one<Op::sqrt>},
                                         TapeOperation{"square", 1, square},
                                         TapeOperation{"floor", 1, one<Op::floor>},
                                         TapeOperation{"ceil", 1, ceiling},
                                         TapeOperation{"round", 1, rounded},
-                                        TapeOperation{"sin", 1, one<Op::sine>},
-                                        TapeOperation{"cos", 1, one<Op::cosine>},
-                                        TapeOperation{"tan", 1, one<Op::tangent>},
-                                        TapeOperation{"asin", 1, one<Op::arcsine>},
-                                        TapeOperation{"acos", 1, one<Op::arccosine>},
-                                        TapeOperation{"atan", 1, one<Op::arctangent>},
-                                        TapeOperation{"exp", 1, one<Op::exponential>},
-                                        TapeOperation{"ln", 1, one<Op::logarithm>},
+                                        TapeOperation{"sin", 1, one<Op::sin>},
+                                        TapeOperation{"cos", 1, one<Op::cos>},
+                                        TapeOperation{"tan", 1, one<Op::tan>},
+                                        TapeOperation{"asin", 1, one<Op::asin>},
+                                        TapeOperation{"acos", 1, one<Op::acos>},
+                                        TapeOperation{"atan", 1, one<Op::atan>},
+                                        TapeOperation{"exp", 1, one<Op::exp>},
+                                        TapeOperation{"ln", 1, one<Op::log>},
                                         TapeOperation{"not", 1, no},
                                         TapeOperation{"add", 2, two<Op::add>},
                                         TapeOperation{"sub", 2, two<Op::subtract>},
                                         TapeOperation{"mul", 2, two<Op::multiply>},
                                         TapeOperation{"div", 2, two<Op::divide>},
-                                        TapeOperation{"min", 2, two<Op::minimum>},
-                                        TapeOperation{"max", 2, two<Op::maximum>},
-                                        TapeOperation{"atan2", 2, two<Op::arctangent2>},
+                                        TapeOperation{"min", 2, two<Op::min>},
+                                        TapeOperation{"max", 2, two<Op::max>},
+                                        TapeOperation{"atan2", 2, two<Op::atan2>},
                                         TapeOperation{"compare", 2, compared},
                                         TapeOperation{"mod", 2, remainder},
                                         TapeOperation{"and", 2, both},

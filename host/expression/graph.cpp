@@ -28,7 +28,7 @@ std::uint64_t hash(const Node& node) {
   return h;
 }
 
-bool is_commutative(Op op) { return op == Op::add || op == Op::multiply || op == Op::minimum || op == Op::maximum; }
+bool is_commutative(Op op) { return op == Op::add || op == Op::multiply || op == Op::min || op == Op::max; }
 
 bool is_small_integer(double value) {
   return std::floor(value) == value && std::abs(value) <= largest_integer_exponent;
@@ -62,8 +62,8 @@ NodeId Graph::unary(Op op, NodeId a) {
   if (op == Op::negate && inner.op == Op::subtract) return subtract(inner.arguments[1], inner.arguments[0]);
   if (op == Op::negate && inner.op == Op::multiply && is_constant(inner.arguments[1]))
     return multiply(inner.arguments[0], constant(-nodes_[inner.arguments[1]].value));
-  if (op == Op::absolute && inner.op == Op::absolute) return a;
-  if (op == Op::absolute && inner.op == Op::negate) return unary(Op::absolute, inner.arguments[0]);  // one level
+  if (op == Op::abs && inner.op == Op::abs) return a;
+  if (op == Op::abs && inner.op == Op::negate) return unary(Op::abs, inner.arguments[0]);  // one level
   return folded_or_interned({op, 0, {a}});
 }
 
@@ -81,10 +81,10 @@ NodeId Graph::binary(Op op, NodeId a, NodeId b) {
         return product(a, b);
       case Op::divide:
         return quotient(a, b);
-      case Op::power:
+      case Op::pow:
         return general_power(a, b);
-      case Op::minimum:
-      case Op::maximum:
+      case Op::min:
+      case Op::max:
         if (a == b) return a;
         break;
       default:
@@ -142,12 +142,12 @@ NodeId Graph::quotient(NodeId a, NodeId b) {
 
 NodeId Graph::general_power(NodeId a, NodeId b) {
   if (is_constant(b) && is_small_integer(nodes_[b].value)) return power(a, int(nodes_[b].value));
-  if (is_constant(b, 0.5)) return unary(Op::square_root, a);
-  return intern({Op::power, 0, {a, b}});
+  if (is_constant(b, 0.5)) return unary(Op::sqrt, a);
+  return intern({Op::pow, 0, {a, b}});
 }
 
 NodeId Graph::power(NodeId a, int exponent) {
-  if (std::abs(exponent) > largest_integer_exponent) return binary(Op::power, a, constant(exponent));
+  if (std::abs(exponent) > largest_integer_exponent) return binary(Op::pow, a, constant(exponent));
   if (exponent == 1) return a;
   if (exponent == 0 && is_total(a)) return constant(1);
   const Node inner = nodes_[a];  // a copy: building moves the nodes
@@ -178,17 +178,17 @@ bool Graph::total_by_construction(const Node& node) const {
   for (int i = 0; i < arity(node.op); i++)
     if (!total_[node.arguments[std::size_t(i)]]) return false;
   switch (node.op) {
-    case Op::square_root:
-    case Op::exponential:  // these three are defined everywhere, but overflow early
-    case Op::hyperbolic_sine:
-    case Op::hyperbolic_cosine:
-    case Op::logarithm:
-    case Op::tangent:
-    case Op::arcsine:
-    case Op::arccosine:
-    case Op::power:
-    case Op::arctangent2:
-    case Op::modulo:
+    case Op::sqrt:
+    case Op::exp:  // these three are defined everywhere, but overflow early
+    case Op::sinh:
+    case Op::cosh:
+    case Op::log:
+    case Op::tan:
+    case Op::asin:
+    case Op::acos:
+    case Op::pow:
+    case Op::atan2:
+    case Op::mod:
       return false;
     case Op::divide:
       return is_constant(node.arguments[1]) && !is_constant(node.arguments[1], 0);
@@ -246,31 +246,31 @@ class Rules {
       case Op::sign:
       case Op::floor: return zero_;
       case Op::negate: return g_.negate(da);
-      case Op::absolute: return times(da, slope_of_absolute(a));
-      case Op::square_root: return over(da, g_.multiply(id, g_.constant(2)));
-      case Op::exponential: return times(da, id);
-      case Op::logarithm: return over(da, a);
-      case Op::sine: return times(da, g_.unary(Op::cosine, a));
-      case Op::cosine: return times(da, g_.negate(g_.unary(Op::sine, a)));
-      case Op::tangent: return times(da, g_.add(g_.power(id, 2), g_.constant(1)));
-      case Op::arcsine: return over(da, root_of_one_minus_square(a));
-      case Op::arccosine: return g_.negate(over(da, root_of_one_minus_square(a)));
-      case Op::arctangent: return over(da, g_.add(g_.power(a, 2), g_.constant(1)));
-      case Op::hyperbolic_sine: return times(da, g_.unary(Op::hyperbolic_cosine, a));
-      case Op::hyperbolic_cosine: return times(da, g_.unary(Op::hyperbolic_sine, a));
-      case Op::hyperbolic_tangent: return times(da, g_.subtract(g_.constant(1), g_.power(id, 2)));
+      case Op::abs: return times(da, slope_of_absolute(a));
+      case Op::sqrt: return over(da, g_.multiply(id, g_.constant(2)));
+      case Op::exp: return times(da, id);
+      case Op::log: return over(da, a);
+      case Op::sin: return times(da, g_.unary(Op::cos, a));
+      case Op::cos: return times(da, g_.negate(g_.unary(Op::sin, a)));
+      case Op::tan: return times(da, g_.add(g_.power(id, 2), g_.constant(1)));
+      case Op::asin: return over(da, root_of_one_minus_square(a));
+      case Op::acos: return g_.negate(over(da, root_of_one_minus_square(a)));
+      case Op::atan: return over(da, g_.add(g_.power(a, 2), g_.constant(1)));
+      case Op::sinh: return times(da, g_.unary(Op::cosh, a));
+      case Op::cosh: return times(da, g_.unary(Op::sinh, a));
+      case Op::tanh: return times(da, g_.subtract(g_.constant(1), g_.power(id, 2)));
       case Op::add: return g_.add(da, db);
       case Op::subtract: return g_.subtract(da, db);
       case Op::multiply: return g_.add(times(da, b), times(db, a));
       case Op::divide: return over(g_.subtract(da, times(db, id)), b);
       case Op::power_integer: return times(da, power_slope(id, a, int(node.value)));
-      case Op::power: return g_.add(by_base(a, b, da), by_exponent(id, a, db));
-      case Op::arctangent2:
+      case Op::pow: return g_.add(by_base(a, b, da), by_exponent(id, a, db));
+      case Op::atan2:
         return over(g_.subtract(times(da, b), times(db, a)),
                     g_.add(g_.power(a, 2), g_.power(b, 2)));
-      case Op::minimum: return da == db ? da : g_.choose(a, b, da, db);
-      case Op::maximum: return da == db ? da : g_.choose(b, a, da, db);
-      case Op::modulo: return g_.subtract(da, times(db, g_.unary(Op::floor, g_.divide(a, b))));
+      case Op::min: return da == db ? da : g_.choose(a, b, da, db);
+      case Op::max: return da == db ? da : g_.choose(b, a, da, db);
+      case Op::mod: return g_.subtract(da, times(db, g_.unary(Op::floor, g_.divide(a, b))));
       case Op::choose: return dc == dd ? dc : g_.choose(a, b, dc, dd);
     }
     return zero_;
@@ -283,18 +283,16 @@ class Rules {
 
   // 1 at 0, where the sign of a would belong to neither side.
   NodeId slope_of_absolute(NodeId a) { return g_.choose(zero_, a, g_.constant(1), g_.constant(-1)); }
-  NodeId root_of_one_minus_square(NodeId a) {
-    return g_.unary(Op::square_root, g_.subtract(g_.constant(1), g_.power(a, 2)));
-  }
+  NodeId root_of_one_minus_square(NodeId a) { return g_.unary(Op::sqrt, g_.subtract(g_.constant(1), g_.power(a, 2))); }
   // n a^(n-1); of the least exponent there is no lesser.
   NodeId power_slope(NodeId id, NodeId a, int n) {
     if (n == 0) return zero_;
     return g_.multiply(n == -largest_integer_exponent ? g_.divide(id, a) : g_.power(a, n - 1), g_.constant(n));
   }
   NodeId by_base(NodeId a, NodeId b, NodeId da) {
-    return times(da, g_.multiply(b, g_.binary(Op::power, a, g_.subtract(b, g_.constant(1)))));
+    return times(da, g_.multiply(b, g_.binary(Op::pow, a, g_.subtract(b, g_.constant(1)))));
   }
-  NodeId by_exponent(NodeId id, NodeId a, NodeId db) { return times(db, g_.multiply(id, g_.unary(Op::logarithm, a))); }
+  NodeId by_exponent(NodeId id, NodeId a, NodeId db) { return times(db, g_.multiply(id, g_.unary(Op::log, a))); }
 
   Graph& g_;
   const NodeId zero_;

@@ -16,31 +16,31 @@ enum class Op : std::uint8_t {
   constant,
   variable,
   negate,
-  absolute,
+  abs,
   sign,  // -1, 0 or 1
   floor,
-  square_root,
-  exponential,
-  logarithm,
-  sine,
-  cosine,
-  tangent,
-  arcsine,
-  arccosine,
-  arctangent,
-  hyperbolic_sine,
-  hyperbolic_cosine,
-  hyperbolic_tangent,
+  sqrt,
+  exp,
+  log,
+  sin,
+  cos,
+  tan,
+  asin,
+  acos,
+  atan,
+  sinh,
+  cosh,
+  tanh,
   add,
   subtract,
   multiply,
   divide,
   power_integer,  // a^n, n in Node::value, |n| <= 1024
-  power,          // a^b; of negative a only where b happens to be an integer
-  arctangent2,    // atan2(a, b)
-  minimum,
-  maximum,
-  modulo,  // a - b*floor(a/b)
+  pow,            // a^b; of negative a only where b happens to be an integer
+  atan2,          // atan2(a, b)
+  min,
+  max,
+  mod,     // a - b*floor(a/b)
   choose,  // a <= b ? c : d; where a and b are defined, the one of c and d that is not chosen does not matter
 };
 constexpr int operation_count = int(Op::choose) + 1;

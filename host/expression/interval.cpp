@@ -215,35 +215,35 @@ Interval apply(Op op, double value, const Interval& a, const Interval& b, const 
     case Op::constant: return {value, value, true};
     case Op::variable: return whole_undefined;
     case Op::negate: return negative(a);
-    case Op::absolute: return magnitude(a);
+    case Op::abs: return magnitude(a);
     case Op::sign: return {sign_of(a.low), sign_of(a.high), a.defined};
     case Op::floor: return {std::floor(a.low), std::floor(a.high), a.defined};
-    case Op::square_root:
+    case Op::sqrt:
       return a.high < 0 ? whole_undefined
                         : Interval{a.low <= 0 ? 0 : down(std::sqrt(a.low)), a.high == 0 ? 0 : up(std::sqrt(a.high)),
                                    a.defined && a.low >= 0};
-    case Op::exponential: return clipped(monotone([](double v) { return std::exp(v); }, a), 0, infinity);
-    case Op::logarithm: return logarithm(a);
-    case Op::sine: return cosine_like(a, [](double v) { return std::sin(v); }, pi / 2);
-    case Op::cosine: return cosine_like(a, [](double v) { return std::cos(v); }, 0);
-    case Op::tangent: return tangent(a);
-    case Op::arcsine: return on_domain([](double v) { return std::asin(v); }, a, -1, 1);
-    case Op::arccosine: return negative(on_domain([](double v) { return -std::acos(v); }, a, -1, 1));
-    case Op::arctangent: return monotone([](double v) { return std::atan(v); }, a);
-    case Op::hyperbolic_sine: return monotone([](double v) { return std::sinh(v); }, a);
-    case Op::hyperbolic_cosine:
+    case Op::exp: return clipped(monotone([](double v) { return std::exp(v); }, a), 0, infinity);
+    case Op::log: return logarithm(a);
+    case Op::sin: return cosine_like(a, [](double v) { return std::sin(v); }, pi / 2);
+    case Op::cos: return cosine_like(a, [](double v) { return std::cos(v); }, 0);
+    case Op::tan: return tangent(a);
+    case Op::asin: return on_domain([](double v) { return std::asin(v); }, a, -1, 1);
+    case Op::acos: return negative(on_domain([](double v) { return -std::acos(v); }, a, -1, 1));
+    case Op::atan: return monotone([](double v) { return std::atan(v); }, a);
+    case Op::sinh: return monotone([](double v) { return std::sinh(v); }, a);
+    case Op::cosh:
       return clipped(monotone([](double v) { return std::cosh(v); }, magnitude(a)), 1, infinity);
-    case Op::hyperbolic_tangent: return clipped(monotone([](double v) { return std::tanh(v); }, a), -1, 1);
+    case Op::tanh: return clipped(monotone([](double v) { return std::tanh(v); }, a), -1, 1);
     case Op::add: return sum(a, b);
     case Op::subtract: return sum(a, negative(b));
     case Op::multiply: return product(a, b);
     case Op::divide: return quotient(a, b);
     case Op::power_integer: return power_integer(a, value);
-    case Op::power: return power(a, b);
-    case Op::arctangent2: return arctangent2(a, b);
-    case Op::minimum: return {std::min(a.low, b.low), std::min(a.high, b.high), a.defined && b.defined};
-    case Op::maximum: return {std::max(a.low, b.low), std::max(a.high, b.high), a.defined && b.defined};
-    case Op::modulo: return modulo(a, b);
+    case Op::pow: return power(a, b);
+    case Op::atan2: return arctangent2(a, b);
+    case Op::min: return {std::min(a.low, b.low), std::min(a.high, b.high), a.defined && b.defined};
+    case Op::max: return {std::max(a.low, b.low), std::max(a.high, b.high), a.defined && b.defined};
+    case Op::mod: return modulo(a, b);
     case Op::choose: return choose(a, b, c, d);
   }
   return whole_undefined;

@@ -25,25 +25,14 @@ struct Function {
   bool or_more = false;
 };
 
-constexpr std::array functions = {Function{"sin", Op::sine, 1},
-                                  Function{"cos", Op::cosine, 1},
-                                  Function{"tan", Op::tangent, 1},
-                                  Function{"asin", Op::arcsine, 1},
-                                  Function{"acos", Op::arccosine, 1},
-                                  Function{"atan", Op::arctangent, 1},
-                                  Function{"atan2", Op::arctangent2, 2},
-                                  Function{"sinh", Op::hyperbolic_sine, 1},
-                                  Function{"cosh", Op::hyperbolic_cosine, 1},
-                                  Function{"tanh", Op::hyperbolic_tangent, 1},
-                                  Function{"exp", Op::exponential, 1},
-                                  Function{"log", Op::logarithm, 1},
-                                  Function{"sqrt", Op::square_root, 1},
-                                  Function{"abs", Op::absolute, 1},
-                                  Function{"min", Op::minimum, 2, true},
-                                  Function{"max", Op::maximum, 2, true},
-                                  Function{"floor", Op::floor, 1},
-                                  Function{"mod", Op::modulo, 2},
-                                  Function{"pow", Op::power, 2}};
+constexpr std::array functions = {
+    Function{"sin", Op::sin, 1},       Function{"cos", Op::cos, 1},     Function{"tan", Op::tan, 1},
+    Function{"asin", Op::asin, 1},     Function{"acos", Op::acos, 1},   Function{"atan", Op::atan, 1},
+    Function{"atan2", Op::atan2, 2},   Function{"sinh", Op::sinh, 1},   Function{"cosh", Op::cosh, 1},
+    Function{"tanh", Op::tanh, 1},     Function{"exp", Op::exp, 1},     Function{"log", Op::log, 1},
+    Function{"sqrt", Op::sqrt, 1},     Function{"abs", Op::abs, 1},     Function{"min", Op::min, 2, true},
+    Function{"max", Op::max, 2, true}, Function{"floor", Op::floor, 1}, Function{"mod", Op::mod, 2},
+    Function{"pow", Op::pow, 2}};
 
 const Function* find_function(std::string_view name) {
   const auto found =
@@ -239,7 +228,7 @@ class Parser {
         case '/':
           return operation(token, Op::divide, product_precedence);
         case '^':
-          return operation(token, Op::power, power_precedence);
+          return operation(token, Op::pow, power_precedence);
         default:
           break;
       }
@@ -277,7 +266,7 @@ class Parser {
   }
 
   bool operation(const Token& token, Op op, int precedence) {
-    reduce(op == Op::power ? precedence + 1 : precedence);
+    reduce(op == Op::pow ? precedence + 1 : precedence);
     pending_.push_back({Pending::operation, op, precedence, token.begin});
     after_operand_ = false;
     return false;

@@ -212,7 +212,7 @@ Coefficients of_arctangent(const Bound& u) {
 Coefficients of_arcsine(const Bound& u) {
   const Bound v = (exactly(1) - u) * (exactly(1) + u);
   if (v.low <= 0) return of_derivative_power({v}, 0, v);
-  const Bound root = bound_of(value_of(Op::square_root, v));
+  const Bound root = bound_of(value_of(Op::sqrt, v));
   return of_derivative_power({v, exactly(-2) * u, exactly(-1)}, -0.5, exactly(1) / root);
 }
 
@@ -227,37 +227,37 @@ Series elementary(Op op, const Series& u) {
   const Bound g = bound_of(value);
   const auto other = [&](Op of) { return bound_of(value_of(of, at)); };
   switch (op) {
-    case Op::exponential:
+    case Op::exp:
       return chain(value, of_cycle({g, g, g, g}), u);
-    case Op::sine: {
-      const Bound cosine = other(Op::cosine);
+    case Op::sin: {
+      const Bound cosine = other(Op::cos);
       return chain(value, of_cycle({g, cosine, -g, -cosine}), u);
     }
-    case Op::cosine: {
-      const Bound sine = other(Op::sine);
+    case Op::cos: {
+      const Bound sine = other(Op::sin);
       return chain(value, of_cycle({g, -sine, -g, sine}), u);
     }
-    case Op::hyperbolic_sine: {
-      const Bound cosine = other(Op::hyperbolic_cosine);
+    case Op::sinh: {
+      const Bound cosine = other(Op::cosh);
       return chain(value, of_cycle({g, cosine, g, cosine}), u);
     }
-    case Op::hyperbolic_cosine: {
-      const Bound sine = other(Op::hyperbolic_sine);
+    case Op::cosh: {
+      const Bound sine = other(Op::sinh);
       return chain(value, of_cycle({g, sine, g, sine}), u);
     }
-    case Op::tangent:
+    case Op::tan:
       return chain(value, of_tangent(g, 1), u);
-    case Op::hyperbolic_tangent:
+    case Op::tanh:
       return chain(value, of_tangent(g, -1), u);
-    case Op::arctangent:
+    case Op::atan:
       return chain(value, of_arctangent(at), u);
-    case Op::arcsine:
+    case Op::asin:
       return chain(value, of_arcsine(at), u);
-    case Op::arccosine:
+    case Op::acos:
       return chain(value, negated(of_arcsine(at)), u);
-    case Op::square_root:
+    case Op::sqrt:
       return chain(value, of_power(at, 0.5, g), u);
-    case Op::logarithm:
+    case Op::log:
       return chain(value, of_logarithm(at), u);
     default:
       return value_only(value, u, u);
@@ -267,14 +267,14 @@ Series elementary(Op op, const Series& u) {
 // Defined nowhere, by the bounds of the arguments.
 bool defined_nowhere(Op op, const Series& a) {
   const Bound& u = a.at[0];
-  if (op == Op::square_root) return u.high < 0;
-  if (op == Op::logarithm) return u.high <= 0;
-  if (op == Op::arcsine || op == Op::arccosine) return u.low > 1 || u.high < -1;
+  if (op == Op::sqrt) return u.high < 0;
+  if (op == Op::log) return u.high <= 0;
+  if (op == Op::asin || op == Op::acos) return u.low > 1 || u.high < -1;
   return false;
 }
 
 Series power(const Series& a, const Series& b) {
-  const Interval value = value_of(Op::power, a.at[0], b.at[0]);
+  const Interval value = value_of(Op::pow, a.at[0], b.at[0]);
   const bool constant_exponent = is_point(b.at[0]) && std::ranges::all_of(std::span(b.at).subspan(1), is_zero);
   if (constant_exponent) {
     const double p = b.at[0].low;
@@ -285,12 +285,12 @@ Series power(const Series& a, const Series& b) {
     return r;
   }
   if (!(a.at[0].low > 0)) return value_only(value, a, b);
-  return elementary(Op::exponential, product(b, elementary(Op::logarithm, a)));
+  return elementary(Op::exp, product(b, elementary(Op::log, a)));
 }
 
 // Of the slope (x y' - y x')/(x² + y²).
 Series arctangent2(const Series& y, const Series& x) {
-  const Interval value = value_of(Op::arctangent2, y.at[0], x.at[0]);
+  const Interval value = value_of(Op::atan2, y.at[0], x.at[0]);
   const bool cut = y.at[0].low < 0 && y.at[0].high >= 0 && x.at[0].low < 0;
   if (cut || !value.defined) return value_only(value, x, y);
   const auto slope = [](const Series& a) {
@@ -341,7 +341,7 @@ Series modulo(const Series& a, const Series& b) {
   const Bound q = a.at[0] / b.at[0];
   if (!b.at[0].contains_zero() && q.is_finite() && std::floor(q.low) == std::floor(q.high))
     return sum(a, negative(product(constant(std::floor(q.low)), b)));
-  Series r = value_only(value_of(Op::modulo, a.at[0], b.at[0]), a, b);
+  Series r = value_only(value_of(Op::mod, a.at[0], b.at[0]), a, b);
   r.nowhere = r.nowhere || is_zero(b.at[0]);
   return r;
 }
@@ -391,7 +391,7 @@ Series apply(Op op, double value, const Series& a, const Series& b, const Series
     case Op::constant: return constant(value);
     case Op::variable: return value_only({.defined = false}, a, a);
     case Op::negate: return negative(a);
-    case Op::absolute: return absolute(a);
+    case Op::abs: return absolute(a);
     case Op::sign:
     case Op::floor: return step(op, a);
     case Op::add: return sum(a, b);
@@ -400,11 +400,11 @@ Series apply(Op op, double value, const Series& a, const Series& b, const Series
     case Op::divide: return quotient(a, b);
     case Op::power_integer:
       return chain(value_of(op, a.at[0], {}, value), of_power_integer(a.at[0], int(value)), a);
-    case Op::power: return power(a, b);
-    case Op::arctangent2: return arctangent2(a, b);
-    case Op::minimum: return minimum(a, b);
-    case Op::maximum: return negative(minimum(negative(a), negative(b)));
-    case Op::modulo: return modulo(a, b);
+    case Op::pow: return power(a, b);
+    case Op::atan2: return arctangent2(a, b);
+    case Op::min: return minimum(a, b);
+    case Op::max: return negative(minimum(negative(a), negative(b)));
+    case Op::mod: return modulo(a, b);
     case Op::choose: return choose(a, b, c, d);
     default: break;
   }

@@ -16,9 +16,9 @@ namespace {
 // clang-format off
 // In the order of Op; a variable has no statement.
 constexpr std::array<std::string_view, operation_count> words = {
-    "CONSTANT", "", "NEGATE", "ABSOLUTE", "SIGN", "FLOOR", "SQUARE_ROOT", "EXPONENTIAL", "LOGARITHM", "SINE", "COSINE",
-    "TANGENT", "ARCSINE", "ARCCOSINE", "ARCTANGENT", "HYPERBOLIC_SINE", "HYPERBOLIC_COSINE", "HYPERBOLIC_TANGENT",
-    "ADD", "SUBTRACT", "MULTIPLY", "DIVIDE", "POWER_INTEGER", "POWER", "ARCTANGENT2", "MINIMUM", "MAXIMUM", "MODULO",
+    "CONSTANT", "", "NEGATE", "ABS", "SIGN", "FLOOR", "SQRT", "EXP", "LOG", "SIN", "COS",
+    "TAN", "ASIN", "ACOS", "ATAN", "SINH", "COSH", "TANH",
+    "ADD", "SUBTRACT", "MULTIPLY", "DIVIDE", "POWER_INTEGER", "POW", "ATAN2", "MIN", "MAX", "MOD",
     "CHOOSE"};
 // clang-format on
 

@@ -1,16 +1,15 @@
-// Expressions as device source, in the common subset of OpenCL C and GLSL: one statement per operation, over a
-// vocabulary of macros, so that one text serves several arithmetics (numbers, intervals, numbers with derivatives).
+// Expressions as device source, in the common subset of OpenCL C and GLSL: one statement per operation, over
+// macros, so that one text serves several number types (numbers, intervals, numbers with derivatives).
 //
 //   NUMBER n0 = OP_MULTIPLY_CONSTANT(v0, 2.5f);
-//   NUMBER n1 = OP_SINE(n0);
+//   NUMBER n1 = OP_SIN(n0);
 //   NUMBER n2 = OP_POWER_INTEGER(n1, 3);
 //
 // The kernels define NUMBER and, of OP_<NAME>(arguments):
 //
 //   CONSTANT(c)
-//   NEGATE ABSOLUTE SIGN FLOOR SQUARE_ROOT EXPONENTIAL LOGARITHM SINE COSINE TANGENT ARCSINE ARCCOSINE ARCTANGENT
-//   HYPERBOLIC_SINE HYPERBOLIC_COSINE HYPERBOLIC_TANGENT                        (a)
-//   ADD SUBTRACT MULTIPLY DIVIDE POWER ARCTANGENT2 MINIMUM MAXIMUM MODULO       (a, b)
+//   NEGATE ABS SIGN FLOOR SQRT EXP LOG SIN COS TAN ASIN ACOS ATAN SINH COSH TANH (a)
+//   ADD SUBTRACT MULTIPLY DIVIDE POW ATAN2 MIN MAX MOD                          (a, b)
 //   ADD_CONSTANT MULTIPLY_CONSTANT                                              (a, c)
 //   INEXACT(c, e)  ADD_INEXACT MULTIPLY_INEXACT                                 (a, c, e)
 //   POWER_INTEGER                                                               (a, n), n an int literal
@@ -40,7 +39,7 @@ std::string device_source(const Graph& graph, std::span<const NodeId> roots, std
                           std::vector<std::string>& names,
                           const std::function<std::string(const Node&)>& decision = {});
 
-// The name of an operation in the vocabulary; a variable has none.
+// The name of an operation in its macro; a variable has none.
 std::string_view device_word(Op op);
 
 // A constant as devices have it: the nearest float, and the way to another one so that the constant lies between both, at most half

@@ -43,11 +43,11 @@ NodeId equal_argument(const Node& node, std::span<const Interval> values) {
     return none;
   };
   switch (node.op) {
-    case Op::minimum:
+    case Op::min:
       return decided(values[a].high <= values[b].low, values[b].high <= values[a].low, a, b);
-    case Op::maximum:
+    case Op::max:
       return decided(values[a].low >= values[b].high, values[b].low >= values[a].high, a, b);
-    case Op::absolute:
+    case Op::abs:
       return values[a].low >= 0 ? a : none;
     case Op::choose:
       if (!values[a].defined || !values[b].defined) return none;
@@ -176,7 +176,7 @@ std::string interpreter_source(const Program& program, const Interpreter& words)
   // Those that are usual are always there, so that most expressions share their program.
   std::set<int> codes = {add_constant, multiply_constant};
   for (const Op op : {Op::constant, Op::variable, Op::negate, Op::add, Op::subtract, Op::multiply, Op::power_integer,
-                      Op::minimum, Op::maximum, Op::absolute, Op::square_root})
+                      Op::min, Op::max, Op::abs, Op::sqrt})
     codes.insert(int(op));
   for (const Node& node : program.nodes) {
     codes.insert(int(node.op));

@@ -37,7 +37,7 @@ constexpr int most_registers = 512;
 // Throws Error (input) when more registers are needed.
 Tape make_tape(const Program& program);
 
-// The device function `head` { ... } that interprets a tape: `before` declares what the vocabulary needs, `after` makes the
+// The device function `head` { ... } that interprets a tape: `before` declares what the number type needs, `after` makes the
 // result of the number `result`. It runs once for every tape that a lane has, and keeps with `select` what is the lane's.
 struct Interpreter {
   std::string_view head, before, variable, select, result, after;

@@ -13,7 +13,7 @@
 
 namespace smurf {
 
-class SurfaceModel;
+class SurfaceDefinition;
 
 struct ReferenceRay {
   glm::dvec3 origin{0.0};
@@ -48,7 +48,7 @@ class ReferenceSurface {
   virtual ReferencePoint measure(const glm::dvec3& point, const SurfaceCoordinates* coordinates = nullptr) const = 0;
   virtual std::size_t bytes() const = 0;
   // Another surface that shares what this one has computed, or null when they have nothing in common.
-  virtual std::shared_ptr<const ReferenceSurface> updated(const SurfaceModel& model) const = 0;
+  virtual std::shared_ptr<const ReferenceSurface> updated(const SurfaceDefinition& model) const = 0;
 };
 
 }  // namespace smurf

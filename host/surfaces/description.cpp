@@ -111,7 +111,7 @@ json parse(const std::filesystem::path& file) {
   }
 }
 
-std::shared_ptr<const SurfaceModel> read(const json& root, const std::filesystem::path& folder) {
+std::shared_ptr<const SurfaceDefinition> read(const json& root, const std::filesystem::path& folder) {
   if (!root.is_object())
     throw Error(ErrorCode::input, "a surface description is a JSON object, not " + description::shown(root));
   return description::reader_of(surface_readers(), root, "", "surfaces")(root, folder);

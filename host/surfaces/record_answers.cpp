@@ -95,13 +95,13 @@ std::string name_of_device(const Device& device) {
   return fmt::format("{} ({}, {} lanes)", info.executor, info.name, info.lanes);
 }
 
-class RecordedInterrogation final : public Interrogation {
+class RecordedQueries final : public SurfaceQueries {
  public:
-  RecordedInterrogation(std::unique_ptr<Interrogation> interrogation, std::string who)
-      : interrogation_(std::move(interrogation)), who_(std::move(who)) {}
+  RecordedQueries(std::unique_ptr<SurfaceQueries> interrogation, std::string who)
+      : queries_(std::move(interrogation)), who_(std::move(who)) {}
 
   void cast(const RayBatch& rays, const CastOptions& options, HitList& hits) override {
-    interrogation_->cast(rays, options, hits);
+    queries_->cast(rays, options, hits);
     write_line(fmt::format("{}: {} hits of {} rays {} = {} hits {}\n", who_,
                            options.hits == Hits::first ? "first" : "all", rays.size(), hash_of(rays, options),
                            hits.size(), hash_of(hits)));
@@ -113,12 +113,12 @@ class RecordedInterrogation final : public Interrogation {
 
   void measure(const PointSet& points, std::uint32_t wanted, const ProbeOptions& options,
                PointProperties& out) override {
-    interrogation_->measure(points, wanted, options, out);
+    queries_->measure(points, wanted, options, out);
     record(points, wanted, out);
   }
 
-  void update(const std::shared_ptr<const SurfaceModel>& model) override { interrogation_->update(model); }
-  std::size_t device_bytes() const override { return interrogation_->device_bytes(); }
+  void update(const std::shared_ptr<const SurfaceDefinition>& model) override { queries_->update(model); }
+  std::size_t device_bytes() const override { return queries_->device_bytes(); }
 
  private:
   void record(const PointSet& points, std::uint32_t wanted, const PointProperties& answer) const {
@@ -126,17 +126,17 @@ class RecordedInterrogation final : public Interrogation {
                            hash_of(points), hash_of(answer, wanted)));
   }
 
-  std::unique_ptr<Interrogation> interrogation_;
+  std::unique_ptr<SurfaceQueries> queries_;
   std::string who_;
 };
 
 }  // namespace
 
-std::shared_ptr<Interrogation> recorded(std::unique_ptr<Interrogation> interrogation, const std::string& kind,
-                                        const Device& device) {
+std::shared_ptr<SurfaceQueries> recorded(std::unique_ptr<SurfaceQueries> interrogation, const std::string& kind,
+                                         const Device& device) {
   if (!answers_file()) return interrogation;
-  return std::make_shared<RecordedInterrogation>(std::move(interrogation),
-                                                 fmt::format("{} on {}", kind, name_of_device(device)));
+  return std::make_shared<RecordedQueries>(std::move(interrogation),
+                                           fmt::format("{} on {}", kind, name_of_device(device)));
 }
 
 void record_properties(const std::string& kind, const Device& device, const PointSet& points, std::uint32_t wanted,

@@ -6,13 +6,13 @@
 #include <memory>
 #include <string>
 
-#include "surfaces/interrogation.hpp"
+#include "surfaces/queries.hpp"
 
 namespace smurf {
 
 // The interrogation itself, or one that also records its answers when SMURF_ANSWERS is set.
-std::shared_ptr<Interrogation> recorded(std::unique_ptr<Interrogation> interrogation, const std::string& kind,
-                                        const Device& device);
+std::shared_ptr<SurfaceQueries> recorded(std::unique_ptr<SurfaceQueries> interrogation, const std::string& kind,
+                                         const Device& device);
 
 // Records the properties of points that were asked for outside of an interrogation; nothing when SMURF_ANSWERS is not set.
 void record_properties(const std::string& kind, const Device& device, const PointSet& points, std::uint32_t wanted,

@@ -14,7 +14,7 @@
 
 namespace smurf {
 
-SampledField sample_field(const Surface& surface, const glm::ivec3& size, int apron) {
+SampledField sample_field(const Surface& surface, const glm::ivec3& size, int padding) {
   const std::optional<AnalyticField> field = surface.model().analytic_field();
   if (!field) {
     throw Error(ErrorCode::input,
@@ -23,13 +23,13 @@ SampledField sample_field(const Surface& surface, const glm::ivec3& size, int ap
                             surface.kind()));
   }
   const Domain& domain = field->domain;
-  if (size.x < 2 || size.y < 2 || size.z < 2 || apron < 0) {
+  if (size.x < 2 || size.y < 2 || size.z < 2 || padding < 0) {
     throw Error(ErrorCode::input,
                 fmt::format("a field is sampled at 2 nodes along each axis at least, and an apron of 0 "
                             "at least, not at {} x {} x {} with {}",
-                            size.x, size.y, size.z, apron));
+                            size.x, size.y, size.z, padding));
   }
-  const glm::dvec3 extent = domain.upper - domain.lower, wide = glm::dvec3(size) + 2.0 * apron;
+  const glm::dvec3 extent = domain.upper - domain.lower, wide = glm::dvec3(size) + 2.0 * padding;
   for (int axis = 0; axis < 3; axis++) {
     if (!(extent[axis] > 0)) {
       throw Error(ErrorCode::input,
@@ -44,8 +44,8 @@ SampledField sample_field(const Surface& surface, const glm::ivec3& size, int ap
 
   const glm::dvec3 step = extent / glm::dvec3(size - 1);
   GridPlacement placement = spacing(step.x, step.y, step.z);
-  placement.origin = domain.lower - double(apron) * step;
-  const glm::ivec3 nodes = size + 2 * apron;
+  placement.origin = domain.lower - double(padding) * step;
+  const glm::ivec3 nodes = size + 2 * padding;
   const std::size_t row = std::size_t(nodes.x), slice = row * std::size_t(nodes.y);
   const auto samples = std::make_shared<Values<float>>(slice * std::size_t(nodes.z));
   parallel_for(std::size_t(nodes.z), [&](std::size_t k) {

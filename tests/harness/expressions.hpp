@@ -128,7 +128,7 @@ struct Tree {
 
   // Of such powers only the value is defined: a^b with b varying and a not positive.
   bool has_power_without_slope(const Point& p) const {
-    if (op == Op::power && !(arguments[0].at(p) > 0)) return true;
+    if (op == Op::pow && !(arguments[0].at(p) > 0)) return true;
     return std::any_of(arguments.begin(), arguments.end(), [&](const Tree& a) { return a.has_power_without_slope(p); });
   }
 

@@ -36,12 +36,12 @@ namespace smurf {
 
 using test::density;
 
-inline constexpr double kRounding = 0x1p-24;
-inline constexpr double kTiny = TINY_REAL;
-inline constexpr double kMost = std::numeric_limits<float>::max();
-inline constexpr double kHuge = HUGE_REAL;
-inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
-inline constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
+inline constexpr double rounding = 0x1p-24;
+inline constexpr double tiny = TINY_REAL;
+inline constexpr double most = std::numeric_limits<float>::max();
+inline constexpr double huge = HUGE_REAL;
+inline constexpr double infinity = std::numeric_limits<double>::infinity();
+inline constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
 
 // Denormals are flushed, as operands and as results, while this lives.
 class Flushing {
@@ -88,7 +88,7 @@ struct Operation {
   int operands;
 };
 
-inline double defined_if(bool defined, double value) { return defined ? value : kUndefined; }
+inline double defined_if(bool defined, double value) { return defined ? value : undefined; }
 // a - b * floor(a / b), exact where double can hold it.
 inline double modulo(double a, double b) {
   const double rest = std::fmod(a, b);
@@ -116,20 +116,18 @@ inline double power(double a, double b) { return defined_if(a > 0 || (a == 0 && 
 
 #define OPERATIONS                                                                                                     \
   TWO(add, a + b), TWO(subtract, a - b), TWO(multiply, a* b), TWO(divide, defined_if(b != 0, a / b)), ONE(negate, -a), \
-      ONE(absolute, std::fabs(a)), ONE(square, a* a), WITH(power_integer, 0, 1 + 0 * a), WITH(power_integer, 1, a),    \
+      ONE(abs, std::fabs(a)), ONE(square, a* a), WITH(power_integer, 0, 1 + 0 * a), WITH(power_integer, 1, a),         \
       WITH(power_integer, 2, a* a), WITH(power_integer, 3, whole_power(a, 3)),                                         \
       WITH(power_integer, 4, whole_power(a, 4)), WITH(power_integer, 7, whole_power(a, 7)),                            \
       WITH(power_integer, -1, whole_power(a, -1)), WITH(power_integer, -2, whole_power(a, -2)),                        \
-      WITH(power_integer, -5, whole_power(a, -5)), TWO(power, power(a, b)),                                            \
-      ONE(square_root, defined_if(a >= 0, std::sqrt(a))), ONE(exponential, std::exp(a)),                               \
-      ONE(logarithm, defined_if(a > 0, std::log(a))), ONE(sine, std::sin(a)), ONE(cosine, std::cos(a)),                \
-      ONE(tangent, std::tan(a)), ONE(arcsine, std::asin(a)), ONE(arccosine, std::acos(a)),                             \
-      ONE(arctangent, std::atan(a)), TWO(arctangent2, defined_if(a != 0 || b != 0, std::atan2(a + 0.0, b))),           \
-      ONE(hyperbolic_sine, std::sinh(a)), ONE(hyperbolic_cosine, std::cosh(a)), ONE(hyperbolic_tangent, std::tanh(a)), \
-      TWO(minimum, std::min(a, b)), TWO(maximum, std::max(a, b)), ONE(floor, std::floor(a)), ONE(sign, sign(a)),       \
-      TWO(modulo, modulo(a, b)), WITH(add_constant, -0.3f, a + double{-0.3f}),                                         \
-      WITH(multiply_constant, -0.3f, a* double{-0.3f}), WITH(multiply_constant, 1e20f, a* double{1e20f}),              \
-      WITH(multiply_constant, 1e-42f, a* double{1e-42f}), {                                                            \
+      WITH(power_integer, -5, whole_power(a, -5)), TWO(pow, power(a, b)), ONE(sqrt, defined_if(a >= 0, std::sqrt(a))), \
+      ONE(exp, std::exp(a)), ONE(log, defined_if(a > 0, std::log(a))), ONE(sin, std::sin(a)), ONE(cos, std::cos(a)),   \
+      ONE(tan, std::tan(a)), ONE(asin, std::asin(a)), ONE(acos, std::acos(a)), ONE(atan, std::atan(a)),                \
+      TWO(atan2, defined_if(a != 0 || b != 0, std::atan2(a + 0.0, b))), ONE(sinh, std::sinh(a)),                       \
+      ONE(cosh, std::cosh(a)), ONE(tanh, std::tanh(a)), TWO(min, std::min(a, b)), TWO(max, std::max(a, b)),            \
+      ONE(floor, std::floor(a)), ONE(sign, sign(a)), TWO(mod, modulo(a, b)),                                           \
+      WITH(add_constant, -0.3f, a + double{-0.3f}), WITH(multiply_constant, -0.3f, a* double{-0.3f}),                  \
+      WITH(multiply_constant, 1e20f, a* double{1e20f}), WITH(multiply_constant, 1e-42f, a* double{1e-42f}), {          \
     "choose", [](I a, I b, I c, I d) { return PREFIX(choose)(a, b, c, d); },                                           \
         [](double a, double b, double c, double d) { return a <= b ? c : d; }, 4                                       \
   }
@@ -141,8 +139,8 @@ struct Range {
 };
 
 inline Range ordered(double a, double b) {
-  const float low = static_cast<float>(std::clamp(std::min(a, b), -kMost, kMost));
-  const float high = static_cast<float>(std::clamp(std::max(a, b), -kMost, kMost));
+  const float low = static_cast<float>(std::clamp(std::min(a, b), -most, most));
+  const float high = static_cast<float>(std::clamp(std::max(a, b), -most, most));
   return {low, high};
 }
 
@@ -209,8 +207,8 @@ inline Range random_range(Random& random) {
 
 // A number within the range; HUGE_REAL and more stand for anything beyond.
 inline double random_inside(Random& random, Range range) {
-  const double low = range.low <= -kHuge ? -std::exp2(random.uniform(128, 1000)) : range.low;
-  const double high = range.high >= kHuge ? std::exp2(random.uniform(128, 1000)) : range.high;
+  const double low = range.low <= -huge ? -std::exp2(random.uniform(128, 1000)) : range.low;
+  const double high = range.high >= huge ? std::exp2(random.uniform(128, 1000)) : range.high;
   if (low == high) return low;
   switch (random.below(6)) {
     case 0:

@@ -36,8 +36,8 @@ inline mask mask_none() { return false; }
 inline real splat(double x) { return static_cast<real>(x); }
 inline integer splat_integer(int x) { return x; }
 inline word splat_word(word x) { return x; }
-inline real absolute(real x) { return std::fabs(x); }
-inline real square_root(real x) { return std::sqrt(x); }
+inline real abs_real(real x) { return std::fabs(x); }
+inline real sqrt_real(real x) { return std::sqrt(x); }
 // The errors of a rounded product and a rounded sum, exact.
 inline real product_error(real a, real b, real p) { return std::fma(a, b, -p); }
 inline real sum_error(real a, real b, real s) {

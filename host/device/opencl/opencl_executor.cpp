@@ -17,12 +17,12 @@
 namespace smurf::opencl {
 namespace {
 
-constexpr std::size_t kWord = 4;
-constexpr std::size_t kDummyBytes = 256;
-constexpr std::size_t kMostPendingEvents = 512;
-constexpr std::size_t kLogLines = 6;
+constexpr std::size_t word = 4;
+constexpr std::size_t dummy_bytes = 256;
+constexpr std::size_t most_pending_events = 512;
+constexpr std::size_t log_lines = 6;
 
-std::size_t whole_words(std::size_t bytes) { return std::max(kWord, (bytes + kWord - 1) / kWord * kWord); }
+std::size_t whole_words(std::size_t bytes) { return std::max(word, (bytes + word - 1) / word * word); }
 
 double mebibytes(std::size_t bytes) { return static_cast<double>(bytes) / (1024.0 * 1024.0); }
 
@@ -85,7 +85,7 @@ void require_inside(const DeviceBuffer& buffer, std::size_t offset, std::size_t 
 std::string log_excerpt(const std::string& log) {
   std::vector<std::string> lines;
   bool error_seen = false;
-  for (std::size_t begin = 0; begin < log.size() && lines.size() < kLogLines;) {
+  for (std::size_t begin = 0; begin < log.size() && lines.size() < log_lines;) {
     const auto end = std::min(log.find('\n', begin), log.size());
     std::string line = log.substr(begin, end - begin);
     begin = end + 1;
@@ -137,7 +137,7 @@ OpenclExecutor::OpenclExecutor(FoundDevice found, const DeviceOptions& options)
     build_options_ = build_options(device);
     compiler_ = fmt::format("{}\n{}\n{}\n{}\n{}", found_.info.platform, found_.info.name,
                             device.getInfo<CL_DEVICE_VERSION>(), device.getInfo<CL_DRIVER_VERSION>(), build_options_);
-    dummy_ = cl::Buffer(context_, CL_MEM_READ_WRITE, kDummyBytes);
+    dummy_ = cl::Buffer(context_, CL_MEM_READ_WRITE, dummy_bytes);
   });
 }
 
@@ -185,7 +185,7 @@ std::unique_ptr<DeviceBuffer> OpenclExecutor::allocate(std::size_t bytes, std::s
 
 std::unique_ptr<DeviceBuffer> OpenclExecutor::share(const void* host, std::size_t bytes, std::string_view purpose) {
   // Kernels read whole words, so memory that ends or begins between words has to be copied.
-  const bool words = bytes != 0 && bytes % kWord == 0 && reinterpret_cast<std::uintptr_t>(host) % kWord == 0;
+  const bool words = bytes != 0 && bytes % word == 0 && reinterpret_cast<std::uintptr_t>(host) % word == 0;
   if (!words) {
     auto copy = allocate(bytes, purpose);
     write(*copy, 0, host, bytes);
@@ -205,7 +205,7 @@ std::unique_ptr<DeviceBuffer> OpenclExecutor::share(const void* host, std::size_
 }
 
 std::unique_ptr<DeviceBuffer> OpenclExecutor::share_results(void* host, std::size_t bytes, std::string_view purpose) {
-  const bool words = bytes != 0 && bytes % kWord == 0 && reinterpret_cast<std::uintptr_t>(host) % kWord == 0;
+  const bool words = bytes != 0 && bytes % word == 0 && reinterpret_cast<std::uintptr_t>(host) % word == 0;
   if (!words || !writes_host_memory()) return nullptr;
   return guarded(fmt::format("{} ({:.1f} MiB)", purpose, mebibytes(bytes)), [&]() -> std::unique_ptr<DeviceBuffer> {
     return std::make_unique<OpenclBuffer>(cl::Buffer(context_, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, bytes, host),
@@ -259,7 +259,7 @@ void OpenclExecutor::launch(const Program& program, std::span<DeviceBuffer* cons
     queue_.flush();  // lets the device start while the host goes on
     if (timing_) pending_.emplace_back(spec.id, std::move(event));
   });
-  if (pending_.size() >= kMostPendingEvents) finish();
+  if (pending_.size() >= most_pending_events) finish();
 }
 
 void OpenclExecutor::finish() {

@@ -15,7 +15,7 @@
 namespace smurf::opencl {
 namespace {
 
-constexpr std::array kLaneCounts = {16, 8, 4, 1};
+constexpr std::array lane_counts = {16, 8, 4, 1};
 
 // "OpenCL 3.0 PoCL ..." -> {3, 0}
 bool at_least_1_2(const std::string& version) {
@@ -37,7 +37,7 @@ std::string trimmed(std::string text) {
 int preferred_lanes(const cl::Device& device) {
   if (!(device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_CPU)) return 1;
   const int width = static_cast<int>(device.getInfo<CL_DEVICE_PREFERRED_VECTOR_WIDTH_FLOAT>());
-  for (const int lanes : kLaneCounts) {
+  for (const int lanes : lane_counts) {
     if (lanes <= width) return lanes;
   }
   return 1;
@@ -86,7 +86,7 @@ int requested_lanes(const DeviceOptions& options) {
   } else {
     text = std::to_string(lanes);
   }
-  if (lanes != 0 && std::find(kLaneCounts.begin(), kLaneCounts.end(), lanes) == kLaneCounts.end()) {
+  if (lanes != 0 && std::find(lane_counts.begin(), lane_counts.end(), lanes) == lane_counts.end()) {
     throw Error(ErrorCode::usage,
                 fmt::format("{} is \"{}\"; it can be 1, 4, 8 or 16, or 0 for the device's choice", origin, text));
   }

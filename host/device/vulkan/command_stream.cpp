@@ -6,13 +6,13 @@
 namespace smurf::vulkan {
 namespace {
 
-constexpr std::size_t kCommandsPerBatch = 64;
-constexpr std::size_t kBatchesInFlight = 4;
+constexpr std::size_t commands_per_batch = 64;
+constexpr std::size_t batches_in_flight = 4;
 
-constexpr vk::PipelineStageFlags kWork =
+constexpr vk::PipelineStageFlags work =
     vk::PipelineStageFlagBits::eComputeShader | vk::PipelineStageFlagBits::eTransfer;
-constexpr vk::AccessFlags kWrites = vk::AccessFlagBits::eShaderWrite | vk::AccessFlagBits::eTransferWrite;
-constexpr vk::AccessFlags kReads = vk::AccessFlagBits::eShaderRead | vk::AccessFlagBits::eTransferRead;
+constexpr vk::AccessFlags writes = vk::AccessFlagBits::eShaderWrite | vk::AccessFlagBits::eTransferWrite;
+constexpr vk::AccessFlags reads = vk::AccessFlagBits::eShaderRead | vk::AccessFlagBits::eTransferRead;
 
 }  // namespace
 
@@ -40,7 +40,7 @@ CommandStream::Batch CommandStream::new_batch() const {
   batch.fence = vk::raii::Fence(device, vk::FenceCreateInfo());
   if (timing_) {
     batch.queries =
-        vk::raii::QueryPool(device, vk::QueryPoolCreateInfo({}, vk::QueryType::eTimestamp, 2 * kCommandsPerBatch));
+        vk::raii::QueryPool(device, vk::QueryPoolCreateInfo({}, vk::QueryType::eTimestamp, 2 * commands_per_batch));
   }
   return batch;
 }
@@ -55,16 +55,16 @@ CommandStream::Batch& CommandStream::recording() {
   }
   recording_->number = next_batch_;
   recording_->commands.begin({vk::CommandBufferUsageFlagBits::eOneTimeSubmit});
-  if (timing_) recording_->commands.resetQueryPool(*recording_->queries, 0, 2 * kCommandsPerBatch);
+  if (timing_) recording_->commands.resetQueryPool(*recording_->queries, 0, 2 * commands_per_batch);
   return *recording_;
 }
 
 void CommandStream::before_command(Batch& batch) const {
-  batch.commands.pipelineBarrier(kWork, kWork, {}, vk::MemoryBarrier(kWrites, kWrites | kReads), {}, {});
+  batch.commands.pipelineBarrier(work, work, {}, vk::MemoryBarrier(writes, writes | reads), {}, {});
 }
 
 void CommandStream::after_command(Batch& batch) {
-  if (++batch.command_count == kCommandsPerBatch) submit();
+  if (++batch.command_count == commands_per_batch) submit();
 }
 
 void CommandStream::dispatch(const Launch& launch) {
@@ -99,12 +99,12 @@ void CommandStream::submit() {
   Batch batch = std::move(*recording_);
   recording_.reset();
   next_batch_++;
-  batch.commands.pipelineBarrier(kWork, vk::PipelineStageFlagBits::eHost, {},
-                                 vk::MemoryBarrier(kWrites, vk::AccessFlagBits::eHostRead), {}, {});
+  batch.commands.pipelineBarrier(work, vk::PipelineStageFlagBits::eHost, {},
+                                 vk::MemoryBarrier(writes, vk::AccessFlagBits::eHostRead), {}, {});
   batch.commands.end();
   context_->queue().submit(vk::SubmitInfo({}, {}, *batch.commands), *batch.fence);
   in_flight_.push_back(std::move(batch));
-  if (in_flight_.size() > kBatchesInFlight) retire_oldest();
+  if (in_flight_.size() > batches_in_flight) retire_oldest();
 }
 
 void CommandStream::retire_oldest() {

@@ -23,11 +23,11 @@
 namespace smurf::vulkan {
 namespace {
 
-constexpr std::size_t kHeaderWords = 5;
-constexpr std::size_t kBoundWord = 3;  // in the header: all ids are below
-constexpr std::size_t kLogLines = 6;
+constexpr std::size_t header_words = 5;
+constexpr std::size_t bound_word = 3;  // in the header: all ids are below
+constexpr std::size_t log_lines = 6;
 // Raised whenever the changes made below to the SPIR-V change, so that caches notice.
-constexpr int kRevision = 1;
+constexpr int revision = 1;
 
 std::uint32_t opcode_of(std::uint32_t word) { return word & 0xffffu; }
 
@@ -58,9 +58,9 @@ bool is_float_arithmetic(std::uint32_t opcode) {
 std::vector<std::uint32_t> with_float_rules(const std::vector<std::uint32_t>& module, const FloatControls& controls) {
   std::vector<std::uint32_t> operations;
   std::set<std::uint32_t> decorated;
-  std::size_t capabilities_end = kHeaderWords, modes_end = kHeaderWords, annotations_end = 0;
+  std::size_t capabilities_end = header_words, modes_end = header_words, annotations_end = 0;
   std::uint32_t entry_point = 0;
-  for (std::size_t at = kHeaderWords; at < module.size(); at += module[at] >> 16) {
+  for (std::size_t at = header_words; at < module.size(); at += module[at] >> 16) {
     const std::uint32_t opcode = opcode_of(module[at]);
     const std::size_t next = at + (module[at] >> 16);
     if (opcode == spv::OpCapability) capabilities_end = next;
@@ -106,7 +106,7 @@ std::string first_messages(const char* log) {
   std::size_t count = 0;
   while (std::getline(lines, line)) {
     if (line.empty() || line.find("compilation terminated") != std::string::npos) continue;
-    if (++count > kLogLines) return text + " | …";
+    if (++count > log_lines) return text + " | …";
     text += (text.empty() ? "" : " | ") + line;
   }
   return text;
@@ -123,7 +123,7 @@ std::string first_messages(const char* log) {
 std::string compiler_identity(const FloatControls& controls) {
   const glslang::Version version = glslang::GetVersion();
   return fmt::format("glslang {}.{}.{} spirv 1.5 nan {} rte {} revision {}", version.major, version.minor,
-                     version.patch, controls.preserve_signed_zero_inf_nan, controls.round_to_nearest_even, kRevision);
+                     version.patch, controls.preserve_signed_zero_inf_nan, controls.round_to_nearest_even, revision);
 }
 
 std::vector<std::uint32_t> compile_glsl(const std::string& source, std::string_view name,
@@ -139,8 +139,8 @@ std::vector<std::uint32_t> compile_glsl(const std::string& source, std::string_v
   shader.setEnvClient(glslang::EShClientVulkan, glslang::EShTargetVulkan_1_2);
   shader.setEnvTarget(glslang::EShTargetSpv, glslang::EShTargetSpv_1_5);
   const auto rules = static_cast<EShMessages>(EShMsgSpvRules | EShMsgVulkanRules);
-  constexpr int kVersion = 450;  // for sources without #version
-  if (!shader.parse(GetDefaultResources(), kVersion, false, rules)) refuse(name, shader.getInfoLog());
+  constexpr int version = 450;  // for sources without #version
+  if (!shader.parse(GetDefaultResources(), version, false, rules)) refuse(name, shader.getInfoLog());
   glslang::TProgram program;
   program.addShader(&shader);
   if (!program.link(rules)) refuse(name, program.getInfoLog());
@@ -149,7 +149,7 @@ std::vector<std::uint32_t> compile_glsl(const std::string& source, std::string_v
   spv::SpvBuildLogger logger;
   glslang::SpvOptions options;
   glslang::GlslangToSpv(*program.getIntermediate(EShLangCompute), module, &logger, &options);
-  if (module.size() <= kHeaderWords || module[kBoundWord] == 0) refuse(name, logger.getAllMessages().c_str());
+  if (module.size() <= header_words || module[bound_word] == 0) refuse(name, logger.getAllMessages().c_str());
   return with_float_rules(module, controls);
 }
 

@@ -16,7 +16,7 @@
 namespace smurf::vulkan {
 namespace {
 
-constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
+constexpr const char* validation_layer = "VK_LAYER_KHRONOS_validation";
 
 VKAPI_ATTR VkBool32 VKAPI_CALL receive_message(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtilsMessageTypeFlagsEXT,
                                                const VkDebugUtilsMessengerCallbackDataEXT* data, void* messages) {
@@ -70,15 +70,15 @@ vk::raii::Instance open_instance(const vk::raii::Context& loader, Messages* vali
   vk::InstanceCreateInfo plain({}, &application);
   if (!validation) return {loader, plain};
 
-  if (!contains_name(loader.enumerateInstanceLayerProperties(), kValidationLayer)) {
+  if (!contains_name(loader.enumerateInstanceLayerProperties(), validation_layer)) {
     throw Error(ErrorCode::device, fmt::format("vulkan: validation was asked for, but {} is not installed "
                                                "(Debian's package: vulkan-validationlayers)",
-                                               kValidationLayer));
+                                               validation_layer));
   }
   const vk::ValidationFeatureEnableEXT synchronization = vk::ValidationFeatureEnableEXT::eSynchronizationValidation;
   const std::vector<const char*> extensions = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME,
                                                VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME};
-  const vk::StructureChain chain(vk::InstanceCreateInfo({}, &application, kValidationLayer, extensions),
+  const vk::StructureChain chain(vk::InstanceCreateInfo({}, &application, validation_layer, extensions),
                                  messenger_for(*validation), vk::ValidationFeaturesEXT(synchronization));
   return {loader, chain.get<vk::InstanceCreateInfo>()};
 }

@@ -11,10 +11,10 @@
 namespace smurf::vulkan {
 namespace {
 
-constexpr std::size_t kPushConstantBytes = 128;  // what every device has
+constexpr std::size_t push_constant_bytes = 128;  // what every device has
 
 #define KERNEL(name, shape, group, bindings) \
-  static_assert(0 bindings <= kPushConstantBytes, #name " has too many arguments");
+  static_assert(0 bindings <= push_constant_bytes, #name " has too many arguments");
 #define BUFFER(name) +8
 #define INTEGER(name) +4
 #include "kernels/kernels.def"
@@ -66,7 +66,7 @@ VulkanExecutor::VulkanExecutor(std::string_view which, const DeviceOptions& give
   info_ = context_->info();
   info_.shares_host_memory = info_.shares_host_memory && transfers == Transfers::automatic;
   guarded("preparing the device", [&] {
-    const vk::PushConstantRange range(vk::ShaderStageFlagBits::eCompute, 0, kPushConstantBytes);
+    const vk::PushConstantRange range(vk::ShaderStageFlagBits::eCompute, 0, push_constant_bytes);
     layout_ = vk::raii::PipelineLayout(context_->device(), vk::PipelineLayoutCreateInfo({}, {}, range));
     stream_ = std::make_shared<CommandStream>(context_, options.timing);
     memory_ = std::make_unique<Memory>(context_, stream_, transfers);
@@ -179,7 +179,7 @@ void VulkanExecutor::launch(const Program& program, std::span<DeviceBuffer* cons
     throw Error(ErrorCode::usage, fmt::format("vulkan: kernel {} cannot run on {} items at once", spec.name, items));
   }
 
-  std::array<std::byte, kPushConstantBytes> constants;
+  std::array<std::byte, push_constant_bytes> constants;
   std::size_t used = 0;
   const auto push = [&](auto value) {
     std::memcpy(constants.data() + used, &value, sizeof value);

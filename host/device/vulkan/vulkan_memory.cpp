@@ -14,11 +14,11 @@ namespace smurf::vulkan {
 namespace {
 
 using Flag = vk::MemoryPropertyFlagBits;
-constexpr std::size_t kStagingBytes = std::size_t(16) << 20;
-constexpr vk::ExternalMemoryHandleTypeFlagBits kHostMemory = vk::ExternalMemoryHandleTypeFlagBits::eHostAllocationEXT;
-constexpr vk::BufferUsageFlags kUsage = vk::BufferUsageFlagBits::eStorageBuffer |
-                                        vk::BufferUsageFlagBits::eTransferSrc | vk::BufferUsageFlagBits::eTransferDst |
-                                        vk::BufferUsageFlagBits::eShaderDeviceAddress;
+constexpr std::size_t staging_bytes = std::size_t(16) << 20;
+constexpr vk::ExternalMemoryHandleTypeFlagBits host_memory = vk::ExternalMemoryHandleTypeFlagBits::eHostAllocationEXT;
+constexpr vk::BufferUsageFlags usage = vk::BufferUsageFlagBits::eStorageBuffer | vk::BufferUsageFlagBits::eTransferSrc |
+                                       vk::BufferUsageFlagBits::eTransferDst |
+                                       vk::BufferUsageFlagBits::eShaderDeviceAddress;
 
 double in_mebibytes(std::size_t bytes) { return double(bytes) / (1024.0 * 1024.0); }
 
@@ -84,7 +84,7 @@ std::shared_ptr<Allocation> Memory::make(std::size_t bytes, Use use, std::string
     refuse(bytes, context_->memory().memoryTypes[memory_type(~0u, use)].heapIndex, purpose);
   }
   auto made = std::make_shared<Allocation>(context_, padded);
-  made->buffer = vk::raii::Buffer(device, vk::BufferCreateInfo({}, padded, kUsage));
+  made->buffer = vk::raii::Buffer(device, vk::BufferCreateInfo({}, padded, usage));
   const vk::MemoryRequirements needs = made->buffer.getMemoryRequirements();
   const std::uint32_t type = memory_type(needs.memoryTypeBits, use);
   const std::uint32_t heap = context_->memory().memoryTypes[type].heapIndex;
@@ -130,15 +130,15 @@ std::shared_ptr<Allocation> Memory::import(const void* host, std::size_t bytes) 
     const vk::raii::Device& device = context_->device();
     void* const pages = reinterpret_cast<void*>(start);
     auto made = std::make_shared<Allocation>(context_, (bytes + 3) / 4 * 4);
-    const vk::ExternalMemoryBufferCreateInfo external(kHostMemory);
-    vk::BufferCreateInfo create({}, span, kUsage);
+    const vk::ExternalMemoryBufferCreateInfo external(host_memory);
+    vk::BufferCreateInfo create({}, span, usage);
     create.pNext = &external;
     made->buffer = vk::raii::Buffer(device, create);
     const vk::MemoryRequirements needs = made->buffer.getMemoryRequirements();
-    const auto host_properties = device.getMemoryHostPointerPropertiesEXT(kHostMemory, pages);
+    const auto host_properties = device.getMemoryHostPointerPropertiesEXT(host_memory, pages);
     const std::uint32_t allowed = needs.memoryTypeBits & host_properties.memoryTypeBits;
     if (needs.size > span || allowed == 0) return nullptr;
-    const vk::ImportMemoryHostPointerInfoEXT import_info(kHostMemory, pages);
+    const vk::ImportMemoryHostPointerInfoEXT import_info(host_memory, pages);
     const vk::MemoryAllocateFlagsInfo flags = addressable(&import_info);
     made->memory =
         vk::raii::DeviceMemory(device, vk::MemoryAllocateInfo(span, memory_type(allowed, Use::device), &flags));
@@ -155,7 +155,7 @@ std::shared_ptr<Allocation> Memory::import(const void* host, std::size_t bytes) 
 
 Memory::Staging& Memory::staging(std::size_t slot) {
   Staging& staging = staging_[slot];
-  if (!staging.allocation) staging.allocation = make(kStagingBytes, Use::staging, "staging memory");
+  if (!staging.allocation) staging.allocation = make(staging_bytes, Use::staging, "staging memory");
   stream_->wait(staging.last_batch);
   staging.last_batch = 0;
   return staging;
@@ -170,7 +170,7 @@ void Memory::write(Allocation& to, std::size_t offset, const void* data, std::si
   }
   for (std::size_t done = 0, slot = 0; done < bytes; slot = 1 - slot) {
     Staging& through = staging(slot);
-    const std::size_t chunk = std::min(kStagingBytes, bytes - done);
+    const std::size_t chunk = std::min(staging_bytes, bytes - done);
     std::memcpy(through.allocation->mapped, from + done, chunk);
     through.last_batch = to.last_batch = stream_->batch();
     stream_->copy(*through.allocation->buffer, 0, *to.buffer, offset + done, chunk);
@@ -187,7 +187,7 @@ void Memory::read(const Allocation& from, std::size_t offset, void* data, std::s
   }
   for (std::size_t done = 0; done < bytes;) {
     Staging& through = staging(0);
-    const std::size_t chunk = std::min(kStagingBytes, bytes - done);
+    const std::size_t chunk = std::min(staging_bytes, bytes - done);
     stream_->copy(*from.buffer, offset + done, *through.allocation->buffer, 0, chunk);
     stream_->finish();
     std::memcpy(to + done, through.allocation->mapped, chunk);

@@ -6,7 +6,7 @@
 //       real least = splat(9.0f);
 //       for (int i = 0; i < 5; i++) {
 //         real3 p = make3(x - (0.6f * i - 1.2f), y, z);
-//         least = lesser(least, square_root(dot3(p, p)) - 0.25f);
+//         least = min_real(least, sqrt_real(dot3(p, p)) - 0.25f);
 //       }
 //       return least;
 //     })";
@@ -19,11 +19,11 @@
 // + - * /, comparisons, && || ! and m ? a : b work lane by lane. Not by lanes, and as usual: int, float and loops and conditions over them.
 //   splat(1.0f) splat_integer(1)             a constant on all lanes, where an operation with a lane does not make it one by itself
 //   to_real(i) to_integer(r)                 conversions; integers are cut off
-//   absolute square_root lesser greater clamped(x, low, high) multiply_add(a, b, c)
-//   real3 with make3 add3 subtract3 scale3 dot3 cross3 absolute3 select3(m, a, b)
-//   checked_sine _cosine _tangent _arcsine _arccosine _arctangent2(y, x) _logarithm _square_root _power _power_integer(x, n) _divide
-//   _modulo _minimum _maximum                as in expressions: not a number where undefined
-//   function_exponential _arctangent _floor _sign _hyperbolic_sine _hyperbolic_cosine _hyperbolic_tangent
+//   abs_real sqrt_real min_real max_real clamped(x, low, high) multiply_add(a, b, c)
+//   real3 with make3 add3 subtract3 scale3 dot3 cross3 abs3 select3(m, a, b)
+//   checked_sin _cos _tan _asin _acos _atan2(y, x) _log _sqrt _pow _power_integer(x, n) _divide _mod _min _max
+//                                            as in expressions: not a number where undefined
+//   function_exp _atan _floor _sign _sinh _cosh _tanh
 //   any_lane(m)                              whether m holds on any lane: the only way from a mask to `if` and `while`
 // Functions begin with FN, structures are written STRUCT(Name) { ... };. Names of your own should begin with something that is yours. No #include; reserved
 // words of both languages are no names. Where a value is not finite the function is undefined, and there is no surface.

@@ -84,7 +84,7 @@ struct PointProperties {
   std::uint32_t measured = 0;    // Property bits
 };
 
-class Interrogation;  // internal: a surface on one device
+class SurfaceQueries;  // internal: a surface on one device
 
 // Per ray the sorted hits, as compressed rows: the hits of ray i are offsets()[i] .. offsets()[i+1]-1.
 // Properties are evaluated on the device when first asked for and kept.
@@ -115,10 +115,10 @@ class HitList {
 
  private:
   friend class Interrogator;
-  friend class DeviceInterrogation;
-  friend class HitDecision;
-  friend class ReferenceInterrogation;
-  std::shared_ptr<Interrogation> interrogation_;
+  friend class DeviceQueries;
+  friend class FlaggedHitResolver;
+  friend class ReferenceQueries;
+  std::shared_ptr<SurfaceQueries> queries_;
   Values<std::uint64_t> offsets_;
   Values<std::uint32_t> rays_;
   Values<float> t_, uncertainty_;
@@ -161,7 +161,7 @@ class Interrogator {
   std::size_t device_bytes() const;
 
  private:
-  std::shared_ptr<Interrogation> interrogation_;
+  std::shared_ptr<SurfaceQueries> queries_;
 };
 
 // Properties at all vertices of a mesh, one after the other, made anew by each call: normals weighted by the triangles' angles, and curvature

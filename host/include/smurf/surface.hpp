@@ -14,7 +14,7 @@
 
 namespace smurf {
 
-class SurfaceModel;  // internal: one class per kind, see host/surfaces/surface_definition.hpp
+class SurfaceDefinition;  // internal: one class per kind, see host/surfaces/surface_definition.hpp
 
 // How a continuous field is made from samples.
 //   trilinear    interpolates; derivatives are central differences over one cell (one-sided at the boundary nodes), interpolated
@@ -38,14 +38,14 @@ struct Bounds {
 // Copies share the description.
 class Surface {
  public:
-  explicit Surface(std::shared_ptr<const SurfaceModel> model) : model_(std::move(model)) {}
+  explicit Surface(std::shared_ptr<const SurfaceDefinition> model) : model_(std::move(model)) {}
   std::string_view kind() const;
   Bounds bounds() const;  // of the domain, in world coordinates
-  const SurfaceModel& model() const { return *model_; }
-  const std::shared_ptr<const SurfaceModel>& share() const { return model_; }
+  const SurfaceDefinition& model() const { return *model_; }
+  const std::shared_ptr<const SurfaceDefinition>& share() const { return model_; }
 
  private:
-  std::shared_ptr<const SurfaceModel> model_;
+  std::shared_ptr<const SurfaceDefinition> model_;
 };
 
 // The surface f = isovalue of a sampled field. Normals point to smaller values: n = -∇f/|∇f|.
@@ -56,6 +56,8 @@ Surface isosurface(const Volume& volume, double isovalue, const GridOptions& opt
 struct Domain {
   glm::dvec3 lower{0.0}, upper{0.0};
   double radius = 0;
+
+  bool operator==(const Domain&) const = default;
 };
 
 using Parameters = std::map<std::string, double>;  // named constants of an expression

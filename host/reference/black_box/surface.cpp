@@ -12,7 +12,7 @@
 #include <optional>
 
 #include "reference/implicit/function_on_ray.hpp"
-#include "reference/interrogation.hpp"
+#include "reference/queries.hpp"
 #include "smurf/error.hpp"
 
 namespace smurf {
@@ -76,7 +76,7 @@ class BlackBoxReference : public ReferenceSurface {
 
   std::size_t bytes() const override { return sizeof *this; }
 
-  std::shared_ptr<const ReferenceSurface> updated(const SurfaceModel&) const override { return nullptr; }
+  std::shared_ptr<const ReferenceSurface> updated(const SurfaceDefinition&) const override { return nullptr; }
 
  private:
   double value(const glm::dvec3& point) const { return surface_.function.value(point); }
@@ -164,13 +164,13 @@ class BlackBoxReference : public ReferenceSurface {
 
 }  // namespace
 
-std::unique_ptr<Interrogation> BlackBoxSurface::reference() const {
+std::unique_ptr<SurfaceQueries> BlackBoxSurface::reference() const {
   if (!function.value)
     throw Error(ErrorCode::usage,
                 "the black box \"" + function.name +
                     "\" has no function for the host, which the reference asks: give one in C++ (BlackBox::value), or "
                     "as the description's \"equation\"; devices answer without it");
-  return std::make_unique<ReferenceInterrogation>(std::make_shared<BlackBoxReference>(*this));
+  return std::make_unique<ReferenceQueries>(std::make_shared<BlackBoxReference>(*this));
 }
 
 }  // namespace smurf

@@ -194,7 +194,7 @@ class RootVisitor : public RayVisitor {
   const bool first_only_;
   std::vector<ReferenceHit>& hits_;
   const std::size_t first_hit_;
-  int sign_ = 0;              // of f - isovalue where the walk has come to; 0 after a gap
+  int sign_ = 0;              // of f - isovalue where the traversal has come to; 0 after a gap
   int direction_ = 0;         // in which f last moved; 0 when unknown
   double margin_ = infinity;  // at the last extremum
   bool on_surface_ = false;
@@ -240,7 +240,7 @@ class MarginVisitor : public RayVisitor {
 
   const double cells_per_t_;
   int direction_ = 0;
-  double last_ = infinity;  // |f| / scale where the walk has come to
+  double last_ = infinity;  // |f| / scale where the traversal has come to
   bool after_gap_ = false;
 };
 
@@ -252,12 +252,12 @@ RayRoots::RayRoots(std::shared_ptr<const GridField> field, double isovalue, doub
 void RayRoots::find(const ReferenceRay& ray, bool first_only, std::vector<ReferenceHit>& hits) const {
   const double cells_per_t = glm::length(field_->direction_to_index(ray.direction));
   RootVisitor visitor(tolerance_, cells_per_t, first_only, hits);
-  walk_ray(*field_, isovalue_, ray, visitor);
+  traverse_ray(*field_, isovalue_, ray, visitor);
 }
 
 RayRoots::Margins RayRoots::margins(const ReferenceRay& ray) const {
   MarginVisitor visitor(glm::length(field_->direction_to_index(ray.direction)));
-  walk_ray(*field_, isovalue_, ray, visitor);
+  traverse_ray(*field_, isovalue_, ray, visitor);
   return visitor.margins;
 }
 

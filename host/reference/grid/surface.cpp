@@ -5,7 +5,7 @@
 
 #include "reference/grid/field.hpp"
 #include "reference/grid/roots.hpp"
-#include "reference/interrogation.hpp"
+#include "reference/queries.hpp"
 
 namespace smurf {
 namespace {
@@ -35,7 +35,7 @@ class GridReference : public ReferenceSurface {
 
   std::size_t bytes() const override { return roots_.field()->bytes(); }
 
-  std::shared_ptr<const ReferenceSurface> updated(const SurfaceModel& model) const override {
+  std::shared_ptr<const ReferenceSurface> updated(const SurfaceDefinition& model) const override {
     const auto* other = dynamic_cast<const GridIsosurface*>(&model);
     if (!other || other->volume.samples() != volume_.samples() || other->volume.type() != volume_.type() ||
         other->volume.size() != volume_.size() || other->volume.placement().axes != volume_.placement().axes ||
@@ -53,8 +53,8 @@ class GridReference : public ReferenceSurface {
 
 }  // namespace
 
-std::unique_ptr<Interrogation> GridIsosurface::reference() const {
-  return std::make_unique<ReferenceInterrogation>(std::make_shared<GridReference>(
+std::unique_ptr<SurfaceQueries> GridIsosurface::reference() const {
+  return std::make_unique<ReferenceQueries>(std::make_shared<GridReference>(
       volume, reconstruction, isovalue, std::make_shared<GridField>(volume, reconstruction)));
 }
 

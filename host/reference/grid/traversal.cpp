@@ -11,7 +11,7 @@ constexpr double domain_slack = 1e-9;
 
 // A ray in index coordinates with its parameter measured from where it enters the domain, so that far origins cost no
 // precision in stepping: index = entry + direction·tau, t = t_entry + tau.
-struct Walk {
+struct Traversal {
   glm::dvec3 entry, direction;
   double t_entry, length;
   glm::ivec3 cell, step;
@@ -49,43 +49,45 @@ struct Walk {
 };
 
 // False when the ray misses the domain.
-bool enter(const GridField& field, const ReferenceRay& ray, Walk& walk) {
+bool enter(const GridField& field, const ReferenceRay& ray, Traversal& traversal) {
   const glm::dvec3 origin = field.to_index(ray.origin);
-  walk.direction = field.direction_to_index(ray.direction);
-  walk.cells = field.cells();
+  traversal.direction = field.direction_to_index(ray.direction);
+  traversal.cells = field.cells();
   double from = ray.t_min, to = ray.t_max;
   for (int a = 0; a < 3; a++) {
     const double low = -domain_slack, high = field.size()[a] - 1 + domain_slack;
-    if (walk.direction[a] == 0) {
+    if (traversal.direction[a] == 0) {
       if (!(origin[a] >= low && origin[a] <= high)) return false;
       continue;
     }
-    const double at_low = (low - origin[a]) / walk.direction[a], at_high = (high - origin[a]) / walk.direction[a];
+    const double at_low = (low - origin[a]) / traversal.direction[a],
+                 at_high = (high - origin[a]) / traversal.direction[a];
     from = std::max(from, std::min(at_low, at_high));
     to = std::min(to, std::max(at_low, at_high));
   }
   if (!(from <= to) || !std::isfinite(from) || !std::isfinite(to)) return false;
-  walk.t_entry = from;
-  walk.length = to - from;
+  traversal.t_entry = from;
+  traversal.length = to - from;
   for (int a = 0; a < 3; a++) {
-    walk.entry[a] = std::fma(walk.direction[a], from, origin[a]);
-    walk.step[a] = (walk.direction[a] > 0) - (walk.direction[a] < 0);
-    const double inside = std::clamp(walk.entry[a], 0.0, double(field.size()[a] - 1));
-    walk.cell[a] = std::min(int(inside), walk.cells[a] - 1);
-    walk.find_next(a);
+    traversal.entry[a] = std::fma(traversal.direction[a], from, origin[a]);
+    traversal.step[a] = (traversal.direction[a] > 0) - (traversal.direction[a] < 0);
+    const double inside = std::clamp(traversal.entry[a], 0.0, double(field.size()[a] - 1));
+    traversal.cell[a] = std::min(int(inside), traversal.cells[a] - 1);
+    traversal.find_next(a);
   }
-  walk.advance(0);
+  traversal.advance(0);
   return true;
 }
 
-RaySpan make_span(const GridField& field, const Walk& walk, double from, double to, const GridField::Cell& cell) {
-  RaySpan span{walk.t_entry + 0.5 * (from + to), 0.5 * (to - from), {}, cell.scale, cell.rounding};
+RaySpan make_span(const GridField& field, const Traversal& traversal, double from, double to,
+                  const GridField::Cell& cell) {
+  RaySpan span{traversal.t_entry + 0.5 * (from + to), 0.5 * (to - from), {}, cell.scale, cell.rounding};
   static const ChebyshevPoints cubic(3), nonic(9);
   const int degree = field.degree();
   const ChebyshevPoints& points = degree == 3 ? cubic : nonic;
   double values[Chebyshev::max_degree + 1], coefficients[Chebyshev::max_degree + 1];
-  const glm::dvec3 middle = walk.entry + 0.5 * (from + to) * walk.direction - glm::dvec3(walk.cell);
-  const glm::dvec3 half = 0.5 * (to - from) * walk.direction;
+  const glm::dvec3 middle = traversal.entry + 0.5 * (from + to) * traversal.direction - glm::dvec3(traversal.cell);
+  const glm::dvec3 half = 0.5 * (to - from) * traversal.direction;
   for (int j = 0; j <= degree; j++) values[j] = field.evaluate(cell, middle + points[j] * half);
   points.coefficients(values, coefficients);
   span.f = Chebyshev(degree, coefficients);
@@ -101,41 +103,41 @@ int clear_sign(double lower, double upper, double margin) {
 
 }  // namespace
 
-void walk_ray(const GridField& field, double isovalue, const ReferenceRay& ray, RayVisitor& visitor) {
-  Walk walk;
-  if (!enter(field, ray, walk)) return;
-  visitor.gap(walk.t_entry);
+void traverse_ray(const GridField& field, double isovalue, const ReferenceRay& ray, RayVisitor& visitor) {
+  Traversal traversal;
+  if (!enter(field, ray, traversal)) return;
+  visitor.gap(traversal.t_entry);
   GridField::Cell cell;
   double tau = 0;
   for (bool more = true; more && !visitor.finished();) {
-    const double t = walk.t_entry + tau;
-    const GridField::Block& block = field.block(walk.cell / GridField::block_cells);
+    const double t = traversal.t_entry + tau;
+    const GridField::Block& block = field.block(traversal.cell / GridField::block_cells);
     const double lower = block.lower - isovalue, upper = block.upper - isovalue;
     // As for a cell: the bounds' magnitude is no less than the scale of any cell of the block.
     const double scale = std::max(std::abs(lower), std::abs(upper));
     const double bound = std::max(visitor.clear_above() * scale, 1e-14 * (std::abs(isovalue) + scale));
-    double end = walk.span_end();
+    double end = traversal.span_end();
     if (const int sign = clear_sign(lower, upper, bound); sign != 0 && !block.mixed) {
-      end = std::max(end, walk.block_end());
+      end = std::max(end, traversal.block_end());
       visitor.clear(sign, t);
-    } else if (!field.defined(walk.cell)) {
+    } else if (!field.defined(traversal.cell)) {
       visitor.gap(t);
-      visitor.gap(walk.t_entry + end);
+      visitor.gap(traversal.t_entry + end);
     } else {
-      field.load(walk.cell, isovalue, cell);
+      field.load(traversal.cell, isovalue, cell);
       const int cell_sign =
           clear_sign(cell.lower, cell.upper, std::max(visitor.clear_above() * cell.scale, cell.rounding));
       if (cell_sign != 0) {
         visitor.clear(cell_sign, t);
       } else {
-        visitor.span(make_span(field, walk, tau, end, cell));
+        visitor.span(make_span(field, traversal, tau, end, cell));
       }
     }
-    more = end < walk.length;
+    more = end < traversal.length;
     tau = end;
-    walk.advance(tau);
+    traversal.advance(tau);
   }
-  if (!visitor.finished()) visitor.gap(walk.t_entry + walk.length);
+  if (!visitor.finished()) visitor.gap(traversal.t_entry + traversal.length);
 }
 
 }  // namespace smurf

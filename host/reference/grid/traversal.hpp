@@ -1,4 +1,4 @@
-// Walks a ray through the cells of a grid and hands each span of it to a visitor as a polynomial.
+// Traverses a ray through the cells of a grid and hands each span of it to a visitor as a polynomial.
 #pragma once
 
 #include "reference/grid/field.hpp"
@@ -29,6 +29,6 @@ class RayVisitor {
 };
 
 // Spans come in order of t and without gaps between them but for those that are told.
-void walk_ray(const GridField& field, double isovalue, const ReferenceRay& ray, RayVisitor& visitor);
+void traverse_ray(const GridField& field, double isovalue, const ReferenceRay& ray, RayVisitor& visitor);
 
 }  // namespace smurf

@@ -34,11 +34,11 @@ Interval rounded(const Node& node, const Interval& result) {
     case Op::constant:
       return {std::min(result.low, double(float(result.low))), std::max(result.high, double(float(result.high)))};
     case Op::negate:
-    case Op::absolute:
+    case Op::abs:
     case Op::sign:
     case Op::floor:
-    case Op::minimum:
-    case Op::maximum:
+    case Op::min:
+    case Op::max:
     case Op::choose:
       return result;
     default:

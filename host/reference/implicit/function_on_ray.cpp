@@ -47,7 +47,7 @@ CompiledFunction::CompiledFunction(std::shared_ptr<const ImplicitFunction> f)
   bytes = (function->graph.size() + 2 * values + slopes) * sizeof(expression::Node) + points.bytes();
 }
 
-std::optional<std::pair<double, double>> clipped_range(const ImplicitDomain& domain, const ReferenceRay& ray) {
+std::optional<std::pair<double, double>> clipped_range(const Domain& domain, const ReferenceRay& ray) {
   double from = ray.t_min, to = ray.t_max;
   for (int a = 0; a < 3; a++) {
     const double slack = domain_slack * (domain.upper[a] - domain.lower[a]);
@@ -65,7 +65,7 @@ std::optional<std::pair<double, double>> clipped_range(const ImplicitDomain& dom
   return std::pair(from, to);
 }
 
-std::optional<FunctionOnRay> FunctionOnRay::clipped(const CompiledFunction& function, const ImplicitDomain& domain,
+std::optional<FunctionOnRay> FunctionOnRay::clipped(const CompiledFunction& function, const Domain& domain,
                                                     double level, const ReferenceRay& ray) {
   const auto range = clipped_range(domain, ray);
   if (!range) return {};
@@ -115,7 +115,7 @@ glm::dvec3 FunctionOnRay::point(double u) const {
   return x;
 }
 
-bool is_within(const ImplicitDomain& domain, const glm::dvec3& point) {
+bool is_within(const Domain& domain, const glm::dvec3& point) {
   constexpr double stored = std::numeric_limits<float>::epsilon();
   for (int a = 0; a < 3; a++) {
     const double slack = domain_slack * (domain.upper[a] - domain.lower[a]) + stored * std::abs(point[a]);

@@ -32,14 +32,14 @@ struct CompiledFunction {
 };
 
 // The range of t that the domain leaves of a ray; nothing when it misses the domain.
-std::optional<std::pair<double, double>> clipped_range(const ImplicitDomain& domain, const ReferenceRay& ray);
+std::optional<std::pair<double, double>> clipped_range(const Domain& domain, const ReferenceRay& ray);
 
 // f - level along the part of a ray that is in the domain: u from 0 to 1.
 class FunctionOnRay {
  public:
   // Nothing when the ray misses the domain.
-  static std::optional<FunctionOnRay> clipped(const CompiledFunction& function, const ImplicitDomain& domain,
-                                              double level, const ReferenceRay& ray);
+  static std::optional<FunctionOnRay> clipped(const CompiledFunction& function, const Domain& domain, double level,
+                                              const ReferenceRay& ray);
 
   const CompiledFunction& compiled() const { return compiled_; }
   double t(double u) const { return t_entry_ + u * length_; }
@@ -66,6 +66,6 @@ class FunctionOnRay {
 
 // Whether the point is in the domain, or outside by no more than 1e-9 of its extent or by the rounding of a point that
 // was stored as float.
-bool is_within(const ImplicitDomain& domain, const glm::dvec3& point);
+bool is_within(const Domain& domain, const glm::dvec3& point);
 
 }  // namespace smurf

@@ -216,7 +216,7 @@ class HitMaker {
   const bool first_only_;
   std::vector<ReferenceHit>& hits_;
   const std::size_t first_hit_;
-  int sign_ = 0;              // of f where the walk has come to; 0 after a gap
+  int sign_ = 0;              // of f where the traversal has come to; 0 after a gap
   int direction_ = 0;         // in which f last moved; 0 when unknown
   double margin_ = infinity;  // at the last extremum
   bool after_gap_ = true;
@@ -226,9 +226,9 @@ class HitMaker {
 };
 
 // Cuts a ray into pieces and hands on the parts of each.
-class Walk {
+class Traversal {
  public:
-  Walk(const FunctionOnRay& f, double tolerance, HitMaker& out)
+  Traversal(const FunctionOnRay& f, double tolerance, HitMaker& out)
       : f_(f), points_(f.compiled().points), tolerance_(tolerance), out_(out) {}
 
   void run() {
@@ -410,7 +410,7 @@ class Walk {
   HitMaker& out_;
   std::vector<std::pair<double, double>> todo_;
   int pieces_ = 0;
-  // Of the piece that the walk is at.
+  // Of the piece that the traversal is at.
   std::array<double, greatest_whole_degree + 1> at_{}, values_{};
   Chebyshev series_;
   Scales scales_{};
@@ -418,11 +418,11 @@ class Walk {
 
 }  // namespace
 
-FunctionRoots::FunctionRoots(std::shared_ptr<const ImplicitFunction> function, const ImplicitDomain& domain,
-                             double level, double tolerance)
+FunctionRoots::FunctionRoots(std::shared_ptr<const ImplicitFunction> function, const Domain& domain, double level,
+                             double tolerance)
     : FunctionRoots(std::make_shared<const CompiledFunction>(std::move(function)), domain, level, tolerance) {}
 
-FunctionRoots FunctionRoots::with(const ImplicitDomain& domain, double level) const {
+FunctionRoots FunctionRoots::with(const Domain& domain, double level) const {
   return {compiled_, domain, level, tolerance_};
 }
 
@@ -433,7 +433,7 @@ std::size_t FunctionRoots::bytes() const { return compiled_->bytes; }
 void FunctionRoots::find(const ReferenceRay& ray, bool first_only, std::vector<ReferenceHit>& hits) const {
   if (const auto f = FunctionOnRay::clipped(*compiled_, domain_, level_, ray)) {
     HitMaker maker(*f, first_only, hits);
-    Walk(*f, tolerance_, maker).run();
+    Traversal(*f, tolerance_, maker).run();
   }
 }
 
@@ -442,7 +442,7 @@ FunctionRoots::Margins FunctionRoots::margins(const ReferenceRay& ray) const {
   if (!f) return {infinity, infinity};
   std::vector<ReferenceHit> hits;
   HitMaker maker(*f, false, hits);
-  Walk(*f, tolerance_, maker).run();
+  Traversal(*f, tolerance_, maker).run();
   return maker.margins;
 }
 

@@ -40,13 +40,13 @@ struct CompiledFunction;
 
 class FunctionRoots {
  public:
-  FunctionRoots(std::shared_ptr<const ImplicitFunction> function, const ImplicitDomain& domain, double level,
+  FunctionRoots(std::shared_ptr<const ImplicitFunction> function, const Domain& domain, double level,
                 double tolerance = 1e-9);
   // The same function elsewhere or at another level, without another look at it.
-  FunctionRoots with(const ImplicitDomain& domain, double level) const;
+  FunctionRoots with(const Domain& domain, double level) const;
 
   const std::shared_ptr<const ImplicitFunction>& function() const;
-  const ImplicitDomain& domain() const { return domain_; }
+  const Domain& domain() const { return domain_; }
   double level() const { return level_; }
   std::size_t bytes() const;
 
@@ -63,12 +63,11 @@ class FunctionRoots {
 
  private:
   std::shared_ptr<const CompiledFunction> compiled_;
-  ImplicitDomain domain_;
+  Domain domain_;
   double level_;
   double tolerance_;
 
-  FunctionRoots(std::shared_ptr<const CompiledFunction> compiled, const ImplicitDomain& domain, double level,
-                double tolerance)
+  FunctionRoots(std::shared_ptr<const CompiledFunction> compiled, const Domain& domain, double level, double tolerance)
       : compiled_(std::move(compiled)), domain_(domain), level_(level), tolerance_(tolerance) {}
 };
 

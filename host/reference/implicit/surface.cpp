@@ -12,7 +12,7 @@
 #include "reference/implicit/creases.hpp"
 #include "reference/implicit/function_on_ray.hpp"
 #include "reference/implicit/roots.hpp"
-#include "reference/interrogation.hpp"
+#include "reference/queries.hpp"
 
 namespace smurf {
 namespace {
@@ -61,7 +61,7 @@ class ImplicitReference : public ReferenceSurface {
   }
 
   ReferencePoint measure(const glm::dvec3& point, const SurfaceCoordinates*) const override {
-    const ImplicitDomain& domain = roots_.domain();
+    const Domain& domain = roots_.domain();
     if (!is_within(domain, point)) return {nan, undefined_frame()};
     const std::array<double, 10> jet = (*jets_)(point);
     if (!std::isfinite(jet[0])) return {nan, undefined_frame()};
@@ -79,7 +79,7 @@ class ImplicitReference : public ReferenceSurface {
 
   std::size_t bytes() const override { return roots_.bytes() + jets_->bytes() + sides_->bytes(); }
 
-  std::shared_ptr<const ReferenceSurface> updated(const SurfaceModel& model) const override {
+  std::shared_ptr<const ReferenceSurface> updated(const SurfaceDefinition& model) const override {
     const auto* other = dynamic_cast<const ImplicitSurface*>(&model);
     if (!other || other->function != roots_.function()) return nullptr;
     return std::make_shared<ImplicitReference>(roots_.with(other->domain, other->level), jets_, sides_, other->side);
@@ -94,8 +94,8 @@ class ImplicitReference : public ReferenceSurface {
 
 }  // namespace
 
-std::unique_ptr<Interrogation> ImplicitSurface::reference() const {
-  return std::make_unique<ReferenceInterrogation>(std::make_shared<ImplicitReference>(
+std::unique_ptr<SurfaceQueries> ImplicitSurface::reference() const {
+  return std::make_unique<ReferenceQueries>(std::make_shared<ImplicitReference>(
       FunctionRoots(function, domain, level), std::make_shared<JetEvaluator>(*function),
       std::make_shared<SidesOfGradient>(function->graph, function->gradient), side));
 }

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "reference/interrogation.hpp"
 #include "reference/mesh/brute_force.hpp"
+#include "reference/queries.hpp"
 #include "surfaces/mesh/definition.hpp"
 
 namespace smurf {
@@ -38,7 +38,7 @@ class MeshReference : public ReferenceSurface {
   }
 
   std::size_t bytes() const override { return mesh_.bytes(); }
-  std::shared_ptr<const ReferenceSurface> updated(const SurfaceModel&) const override { return nullptr; }
+  std::shared_ptr<const ReferenceSurface> updated(const SurfaceDefinition&) const override { return nullptr; }
 
  private:
   ReferenceMesh mesh_;
@@ -47,8 +47,8 @@ class MeshReference : public ReferenceSurface {
 
 }  // namespace
 
-std::unique_ptr<Interrogation> MeshSurface::reference() const {
-  return std::make_unique<ReferenceInterrogation>(std::make_shared<MeshReference>(*this));
+std::unique_ptr<SurfaceQueries> MeshSurface::reference() const {
+  return std::make_unique<ReferenceQueries>(std::make_shared<MeshReference>(*this));
 }
 
 }  // namespace smurf

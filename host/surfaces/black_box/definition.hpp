@@ -8,22 +8,22 @@
 
 namespace smurf {
 
-class BlackBoxSurface : public SurfaceModel {
+class BlackBoxSurface : public SurfaceDefinition {
  public:
-  BlackBoxSurface(const BlackBox& function, const ImplicitDomain& domain, const BlackBoxOptions& options);
+  BlackBoxSurface(const BlackBox& function, const Domain& domain, const BlackBoxOptions& options);
   std::string_view kind() const override { return "implicit"; }
   Bounds bounds() const override { return {domain.lower, domain.upper}; }
   std::uint32_t properties() const override;
   std::vector<Fact> facts() const override;
   std::unique_ptr<ResidentSurface> reside(Executor& executor, const PrepareOptions& options) const override;
-  std::unique_ptr<Interrogation> reference() const override;  // host/reference/black_box/surface.cpp
+  std::unique_ptr<SurfaceQueries> reference() const override;  // host/reference/black_box/surface.cpp
 
   double diagonal() const { return glm::length(domain.upper - domain.lower); }
   // Of central differences for derivatives of order 1 or 2, where values are rounded to parts of 2^-bits.
   double difference_step(int derivative, int bits) const;
 
   const BlackBox function;
-  const ImplicitDomain domain;
+  const Domain domain;
   const BlackBoxOptions options;  // with the step that is taken
 };
 

@@ -18,7 +18,7 @@ constexpr double samples_on_diagonal = 512, most_samples = 65536;
 constexpr std::size_t longest_source = std::size_t(1) << 20;
 constexpr int first_line_behind = 1000001;  // lines of the assembled program that follow the user's
 
-double largest_coordinate(const ImplicitDomain& domain) {
+double largest_coordinate(const Domain& domain) {
   const glm::dvec3 most = glm::max(glm::abs(domain.lower), glm::abs(domain.upper));
   return std::max({most.x, most.y, most.z});
 }
@@ -29,8 +29,8 @@ double stencil_grid(const BlackBoxSurface& surface) {
   return std::ldexp(1.0, std::ilogb(reach) - 21);
 }
 
-std::array<std::uint32_t, BLACK_BOX_PARAMETER_WORDS> parameter_words(const BlackBoxSurface& surface) {
-  std::array<std::uint32_t, BLACK_BOX_PARAMETER_WORDS> words{};
+std::array<std::uint32_t, BLACK_BOX_UNIFORM_WORDS> uniform_words(const BlackBoxSurface& surface) {
+  std::array<std::uint32_t, BLACK_BOX_UNIFORM_WORDS> words{};
   const auto put = [&](int at, double value) { words[std::size_t(at)] = std::bit_cast<std::uint32_t>(float(value)); };
   for (int axis = 0; axis < 3; axis++) {
     put(BLACK_BOX_DOMAIN + axis, surface.domain.lower[axis]);
@@ -57,20 +57,20 @@ class ResidentBlackBox final : public ResidentSurface {
     modules_["black_box"] = fmt::format("#line 1\n{}\n#line {}\n", source_, first_line_behind);
     defines_["DIFFERENCE_ORDER"] = fmt::format("{}", order_);
     compile(surface.function.name, executor);
-    parameters_ = TypedBuffer<std::uint32_t>(executor, BLACK_BOX_PARAMETER_WORDS, "surface parameters");
-    parameters_.write(parameter_words(surface));
+    uniforms_ = TypedBuffer<std::uint32_t>(executor, BLACK_BOX_UNIFORM_WORDS, "surface uniforms");
+    uniforms_.write(uniform_words(surface));
   }
 
   const std::map<std::string, std::string>& modules() const override { return modules_; }
   const std::map<std::string, std::string>& defines() const override { return defines_; }
-  DeviceBuffer* parameters() const override { return parameters_.get(); }
+  DeviceBuffer* uniforms() const override { return uniforms_.get(); }
   std::vector<DeviceBuffer*> buffers() const override { return {}; }
-  std::size_t bytes() const override { return parameters_.bytes(); }
+  std::size_t bytes() const override { return uniforms_.bytes(); }
 
-  bool update(const SurfaceModel& model) override {
+  bool update(const SurfaceDefinition& model) override {
     const auto* other = dynamic_cast<const BlackBoxSurface*>(&model);
     if (!other || other->function.source != source_ || other->options.difference_order != order_) return false;
-    parameters_.write(parameter_words(*other));
+    uniforms_.write(uniform_words(*other));
     return true;
   }
 
@@ -95,7 +95,7 @@ class ResidentBlackBox final : public ResidentSurface {
   const std::string source_;
   const int order_;
   std::map<std::string, std::string> modules_, defines_;
-  TypedBuffer<std::uint32_t> parameters_;
+  TypedBuffer<std::uint32_t> uniforms_;
 };
 
 void require(bool fits, const std::string& message) {
@@ -146,7 +146,7 @@ BlackBoxOptions checked(BlackBoxOptions options, double diagonal) {
 
 }  // namespace
 
-BlackBoxSurface::BlackBoxSurface(const BlackBox& the_function, const ImplicitDomain& the_domain,
+BlackBoxSurface::BlackBoxSurface(const BlackBox& the_function, const Domain& the_domain,
                                  const BlackBoxOptions& the_options)
     : function(the_function),
       domain(require_domain(the_domain)),
@@ -185,8 +185,7 @@ std::unique_ptr<ResidentSurface> BlackBoxSurface::reside(Executor& executor, con
 }
 
 Surface implicit(const BlackBox& function, const Domain& domain, const BlackBoxOptions& options) {
-  return Surface(std::make_shared<const BlackBoxSurface>(
-      function, ImplicitDomain{domain.lower, domain.upper, domain.radius}, options));
+  return Surface(std::make_shared<const BlackBoxSurface>(function, domain, options));
 }
 
 }  // namespace smurf

@@ -88,11 +88,11 @@ ShiftStep slice_step(glm::ivec3 blocks) { return ShiftStep(row_step(blocks).size
 }  // namespace
 
 ActiveCells::ActiveCells(Executor& executor, glm::ivec3 cells, const Texts& modules, const Texts& defines,
-                         DeviceBuffer& parameters, DeviceBuffer& surface_a, DeviceBuffer& bounds)
+                         DeviceBuffer& uniforms, DeviceBuffer& surface_a, DeviceBuffer& bounds)
     : executor_(executor),
       modules_(modules),
       defines_(defines),
-      parameters_(parameters),
+      uniforms_(uniforms),
       surface_a_(surface_a),
       bounds_(bounds),
       blocks_(blocks_of(cells)),
@@ -100,17 +100,17 @@ ActiveCells::ActiveCells(Executor& executor, glm::ivec3 cells, const Texts& modu
       skips_(executor, (block_count() + 3) / 4, "block distances"),
       distances_(executor, std::size_t(slice_step(blocks_).size()) * std::size_t(blocks_.z), "cell distances") {}
 
-void ActiveCells::define_walks(Texts& defines, glm::ivec3 cells, bool aligned) {
-  // Floats that are read as places have 14 bits or more for a cell's fraction; with fewer a walk would be less exact than by plain floats.
+void ActiveCells::define_traversal(Texts& defines, glm::ivec3 cells, bool aligned) {
+  // Floats that are read as places have 14 bits or more for a cell's fraction; with fewer a traversal would be less exact than by plain floats.
   constexpr int most_by_bits = 512;
-  defines["WALK_BY_BITS"] = std::max({cells.x, cells.y, cells.z}) <= most_by_bits ? "1" : "0";
+  defines["TRAVERSAL_BY_BITS"] = std::max({cells.x, cells.y, cells.z}) <= most_by_bits ? "1" : "0";
   defines["GRID_ALIGNED"] = aligned ? "1" : "0";
 }
 
 std::vector<glm::uvec2> ActiveCells::find() {
   std::vector<glm::uvec2> bits(block_count());
   launch(executor_, Program{KernelId::grid_activate, modules_, defines_},
-         arguments::grid_activate{.parameters = &parameters_,
+         arguments::grid_activate{.uniforms = &uniforms_,
                                   .surface_a = &surface_a_,
                                   .bounds = &bounds_,
                                   .cells = bits_.get(),
@@ -134,10 +134,10 @@ void ActiveCells::activate(std::span<const glm::uvec2> bits, glm::vec3 extent) {
   spread_distances(distance, blocks_);
   const ShiftStep row = row_step(blocks_), slice = slice_step(blocks_);
   const std::array<std::int32_t, 4> steps = {row.low(), row.high(), slice.low(), slice.high()};
-  executor_.write(parameters_, GRID_DISTANCE_STEPS * 4, steps.data(), sizeof steps);
+  executor_.write(uniforms_, GRID_DISTANCE_STEPS * 4, steps.data(), sizeof steps);
   executor_.write(*skips_.get(), 0, distance.data(), distance.size());
   launch(executor_, Program{KernelId::grid_distances, modules_, defines_},
-         arguments::grid_distances{.parameters = &parameters_,
+         arguments::grid_distances{.uniforms = &uniforms_,
                                    .surface_a = &surface_a_,
                                    .cells = bits_.get(),
                                    .skips = skips_.get(),
@@ -149,9 +149,9 @@ void ActiveCells::activate(std::span<const glm::uvec2> bits, glm::vec3 extent) {
   const glm::vec3 low = empty ? glm::vec3(0) : glm::vec3(box.low);
   const glm::vec3 high = glm::min(empty ? glm::vec3(1) : glm::vec3(box.high), extent);
   const std::array<float, 6> reals = {low.x, low.y, low.z, high.x, high.y, high.z};
-  executor_.write(parameters_, GRID_LOWER * 4, reals.data(), sizeof reals);
+  executor_.write(uniforms_, GRID_LOWER * 4, reals.data(), sizeof reals);
   const float bias = float(std::bit_ceil(unsigned(block_cells * std::max({blocks_.x, blocks_.y, blocks_.z}))));
-  executor_.write(parameters_, GRID_BIAS * 4, &bias, sizeof bias);
+  executor_.write(uniforms_, GRID_BIAS * 4, &bias, sizeof bias);
 }
 
 }  // namespace smurf

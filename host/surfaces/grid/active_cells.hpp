@@ -1,4 +1,4 @@
-// The cells of a grid that can hold a root, and for every cell its distance to the nearest of them: what rays are walked by
+// The cells of a grid that can hold a root, and for every cell its distance to the nearest of them: what rays are traversed by
 // (kernels/grid/traversal.inc), whatever the grid stands for.
 //
 // Which cells those are, the source module "cells" decides: grid_block_reaches says which blocks of 4³ cells to look at, and
@@ -23,16 +23,16 @@ class ActiveCells {
  public:
   using Texts = std::map<std::string, std::string>;
 
-  // All that is referred to must outlive this; `parameters` is laid out as in grid/layout.inc, and filled but for the box of
+  // All that is referred to must outlive this; `uniforms` is laid out as in grid/layout.inc, and filled but for the box of
   // active cells. `bounds` is what grid_block_reaches reads.
-  ActiveCells(Executor& executor, glm::ivec3 cells, const Texts& modules, const Texts& defines,
-              DeviceBuffer& parameters, DeviceBuffer& surface_a, DeviceBuffer& bounds);
+  ActiveCells(Executor& executor, glm::ivec3 cells, const Texts& modules, const Texts& defines, DeviceBuffer& uniforms,
+              DeviceBuffer& surface_a, DeviceBuffer& bounds);
 
-  // The bits of the cells in each block that can hold a root of the level that stands in the parameters now: bit
+  // The bits of the cells in each block that can hold a root of the level that stands in the uniforms now: bit
   // x + 4y + 16z of x | y << 32.
   std::vector<glm::uvec2> find();
   // Takes these cells for the active ones: computes the distances, and writes the cells' box, cut to the domain of this extent, to
-  // the parameters.
+  // the uniforms.
   void activate(std::span<const glm::uvec2> bits, glm::vec3 extent);
 
   DeviceBuffer* distances() const { return distances_.get(); }  // 16 words a block
@@ -41,8 +41,8 @@ class ActiveCells {
 
   std::size_t block_count() const { return std::size_t(blocks_.x) * std::size_t(blocks_.y) * std::size_t(blocks_.z); }
   static constexpr int block_cells = 4;
-  // What walks through so many cells are compiled for. `aligned` says that the world-to-index matrix is diagonal.
-  static void define_walks(Texts& defines, glm::ivec3 cells, bool aligned);
+  // What traversals through so many cells are compiled for. `aligned` says that the world-to-index matrix is diagonal.
+  static void define_traversal(Texts& defines, glm::ivec3 cells, bool aligned);
   static glm::ivec3 blocks_of(glm::ivec3 cells) {
     return glm::max((cells + block_cells - 1) / block_cells, glm::ivec3(1));
   }
@@ -50,7 +50,7 @@ class ActiveCells {
  private:
   Executor& executor_;
   const Texts &modules_, &defines_;
-  DeviceBuffer &parameters_, &surface_a_, &bounds_;
+  DeviceBuffer &uniforms_, &surface_a_, &bounds_;
   const glm::ivec3 blocks_;
   TypedBuffer<glm::uvec2> bits_;
   TypedBuffer<std::uint32_t> skips_;

@@ -6,7 +6,7 @@
 
 namespace smurf {
 
-class GridIsosurface : public SurfaceModel {
+class GridIsosurface : public SurfaceDefinition {
  public:
   GridIsosurface(const Volume& volume, double isovalue, const GridOptions& options);
   std::string_view kind() const override { return "isosurface"; }
@@ -14,7 +14,7 @@ class GridIsosurface : public SurfaceModel {
   std::uint32_t properties() const override;
   std::vector<Fact> facts() const override;
   std::unique_ptr<ResidentSurface> reside(Executor& executor, const PrepareOptions& options) const override;
-  std::unique_ptr<Interrogation> reference() const override;  // host/reference/grid/surface.cpp
+  std::unique_ptr<SurfaceQueries> reference() const override;  // host/reference/grid/surface.cpp
 
   const Volume volume;
   const double isovalue;

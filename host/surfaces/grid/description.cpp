@@ -26,10 +26,11 @@ constexpr std::pair<Reconstruction, std::string_view> reconstruction_names[] = {
     {Reconstruction::catmull_rom, "catmull-rom"},
 };
 
-using FieldReader = std::function<std::shared_ptr<const SurfaceModel>(
+using FieldReader = std::function<std::shared_ptr<const SurfaceDefinition>(
     const json& field, const std::filesystem::path& folder, double isovalue)>;
 
-std::shared_ptr<const SurfaceModel> read_grid(const json& field, const std::filesystem::path& folder, double isovalue) {
+std::shared_ptr<const SurfaceDefinition> read_grid(const json& field, const std::filesystem::path& folder,
+                                                   double isovalue) {
   description::only_members(field, "field", {"kind", "file", "reconstruction"});
   GridOptions options;
   if (field.contains("reconstruction")) {
@@ -81,7 +82,7 @@ Surface isosurface(const Volume& volume, double isovalue, const GridOptions& opt
   return Surface(std::make_shared<const GridIsosurface>(volume, isovalue, options));
 }
 
-std::shared_ptr<const SurfaceModel> read_isosurface(const json& root, const std::filesystem::path& folder) {
+std::shared_ptr<const SurfaceDefinition> read_isosurface(const json& root, const std::filesystem::path& folder) {
   description::only_members(root, "", {"kind", "isovalue", "field"});
   const double isovalue = description::number_member(root, "", "isovalue");
   const json& field = description::object_member(root, "", "field");

@@ -98,7 +98,7 @@ class ResidentGridIsosurface final : public ResidentSurface {
         volume_(thickened(original_)),
         reconstruction_(surface.reconstruction) {
     choose_modules();
-    upload_parameters();
+    upload_uniforms();
     upload_samples();
     bound_blocks();
     activate(surface.isovalue);
@@ -106,13 +106,13 @@ class ResidentGridIsosurface final : public ResidentSurface {
 
   const std::map<std::string, std::string>& modules() const override { return modules_; }
   const std::map<std::string, std::string>& defines() const override { return defines_; }
-  DeviceBuffer* parameters() const override { return parameters_.get(); }
+  DeviceBuffer* uniforms() const override { return uniforms_.get(); }
   std::vector<DeviceBuffer*> buffers() const override { return {samples_.get(), cells_->distances()}; }
   std::size_t bytes() const override {
-    return samples_->bytes() + bounds_.bytes() + cells_->bytes() + parameters_.bytes();
+    return samples_->bytes() + bounds_.bytes() + cells_->bytes() + uniforms_.bytes();
   }
 
-  bool update(const SurfaceModel& model) override {
+  bool update(const SurfaceDefinition& model) override {
     const auto* other = dynamic_cast<const GridIsosurface*>(&model);
     if (!other || other->reconstruction != reconstruction_) return false;
     const Volume& volume = other->volume;
@@ -140,15 +140,15 @@ class ResidentGridIsosurface final : public ResidentSurface {
         embedded_core(fmt::format("grid/samples_{}.inc", name_of(native ? volume_.type() : SampleType::float32)));
     defines_["DEGREE"] = cubic ? "9" : "3";
     // A buffer of our own has room for a margin; the host's samples are read where they are.
-    defines_["TAPS_INSIDE"] = reconstruction_ == Reconstruction::tricubic ? "1" : "0";
+    defines_["PADDED"] = reconstruction_ == Reconstruction::tricubic ? "1" : "0";
     const glm::dmat3& axes = volume_.placement().axes;
     const bool aligned =
         axes == glm::dmat3(glm::dvec3(axes[0].x, 0, 0), glm::dvec3(0, axes[1].y, 0), glm::dvec3(0, 0, axes[2].z));
-    ActiveCells::define_walks(defines_, volume_.size() - 1, aligned);
+    ActiveCells::define_traversal(defines_, volume_.size() - 1, aligned);
   }
 
-  void upload_parameters() {
-    std::array<std::uint32_t, GRID_PARAMETER_WORDS> words{};
+  void upload_uniforms() {
+    std::array<std::uint32_t, GRID_UNIFORM_WORDS> words{};
     const auto put_integer = [&](int at, int value) { words[std::size_t(at)] = std::uint32_t(value); };
     const auto put_real = [&](int at, float value) { std::memcpy(&words[std::size_t(at)], &value, sizeof value); };
     const auto put_double = [&](int high_at, int low_at, double value) {
@@ -168,8 +168,8 @@ class ResidentGridIsosurface final : public ResidentSurface {
         put_double(GRID_MATRIX_HIGH + 3 * i + j, GRID_MATRIX_LOW + 3 * i + j, world_to_index[j][i]);
       }
     }
-    parameters_ = TypedBuffer<std::uint32_t>(executor_, words.size(), "surface parameters");
-    parameters_.write(words);
+    uniforms_ = TypedBuffer<std::uint32_t>(executor_, words.size(), "surface uniforms");
+    uniforms_.write(words);
   }
 
   void upload_samples() {
@@ -185,21 +185,21 @@ class ResidentGridIsosurface final : public ResidentSurface {
     }
     // A filter of samples far from 0 would round to their size, not to their differences.
     offset_ = float(0.5 * (volume_.minimum() + volume_.maximum()));
-    executor_.write(*parameters_.get(), GRID_OFFSET * 4, &offset_, sizeof offset_);
+    executor_.write(*uniforms_.get(), GRID_OFFSET * 4, &offset_, sizeof offset_);
     const auto coefficients = executor_.allocate(volume_.count() * sizeof(float), "B-spline coefficients");
     write_as_floats(volume_, executor_, *coefficients, offset_, 0.0f);
     prefilter(*coefficients);
     if (volume_.non_finite() > 0) restore_non_finite(volume_, executor_, *coefficients);
-    const glm::ivec3 surrounded = size + 2;
-    const std::size_t count = std::size_t(surrounded.x) * std::size_t(surrounded.y) * std::size_t(surrounded.z);
+    const glm::ivec3 padded = size + 2;
+    const std::size_t count = std::size_t(padded.x) * std::size_t(padded.y) * std::size_t(padded.z);
     if (count > std::size_t(std::numeric_limits<std::int32_t>::max()))
       throw Error(ErrorCode::memory, fmt::format("{} x {} x {} B-spline coefficients are more than a kernel can count; "
                                                  "at most 2^31-1 are possible, margin included",
-                                                 surrounded.x, surrounded.y, surrounded.z));
+                                                 padded.x, padded.y, padded.z));
     samples_ = executor_.allocate(count * sizeof(float), "B-spline coefficients with a margin");
-    launch(executor_, Program{KernelId::grid_surround, modules_, defines_},
-           arguments::grid_surround{
-               .parameters = parameters_.get(), .from = coefficients.get(), .to = samples_.get(), .count = int(count)},
+    launch(executor_, Program{KernelId::grid_pad, modules_, defines_},
+           arguments::grid_pad{
+               .uniforms = uniforms_.get(), .from = coefficients.get(), .to = samples_.get(), .count = int(count)},
            count);
     executor_.finish();
   }
@@ -230,7 +230,7 @@ class ResidentGridIsosurface final : public ResidentSurface {
 
   void activate(double isovalue) {
     const float value = float(isovalue - double(offset_));
-    executor_.write(*parameters_.get(), GRID_ISOVALUE * 4, &value, sizeof value);
+    executor_.write(*uniforms_.get(), GRID_ISOVALUE * 4, &value, sizeof value);
     const std::vector<glm::uvec2> none(cells_->block_count(), glm::uvec2(0));
     // Rays are clipped to the box of active cells, which ends with the domain.
     cells_->activate(std::isfinite(value) ? cells_->find() : none, glm::vec3(original_.size() - 1));
@@ -241,12 +241,11 @@ class ResidentGridIsosurface final : public ResidentSurface {
     const glm::ivec3 blocks = ActiveCells::blocks_of(cells);
     const std::size_t count = std::size_t(blocks.x) * std::size_t(blocks.y) * std::size_t(blocks.z);
     bounds_ = TypedBuffer<glm::vec2>(executor_, count, "block bounds");
-    launch(
-        executor_, Program{KernelId::grid_bounds, modules_, defines_},
-        arguments::grid_bounds{
-            .parameters = parameters_.get(), .surface_a = samples_.get(), .bounds = bounds_.get(), .count = int(count)},
-        count);
-    cells_ = std::make_unique<ActiveCells>(executor_, cells, modules_, defines_, *parameters_.get(), *samples_,
+    launch(executor_, Program{KernelId::grid_bounds, modules_, defines_},
+           arguments::grid_bounds{
+               .uniforms = uniforms_.get(), .surface_a = samples_.get(), .bounds = bounds_.get(), .count = int(count)},
+           count);
+    cells_ = std::make_unique<ActiveCells>(executor_, cells, modules_, defines_, *uniforms_.get(), *samples_,
                                            *bounds_.get());
   }
 
@@ -257,7 +256,7 @@ class ResidentGridIsosurface final : public ResidentSurface {
   float offset_ = 0;  // taken off the samples on the device
   std::map<std::string, std::string> modules_, defines_;
   std::unique_ptr<DeviceBuffer> samples_;
-  TypedBuffer<std::uint32_t> parameters_;
+  TypedBuffer<std::uint32_t> uniforms_;
   TypedBuffer<glm::vec2> bounds_;  // the least and greatest value in each block of cells
   std::unique_ptr<ActiveCells> cells_;
 };

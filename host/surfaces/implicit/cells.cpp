@@ -10,7 +10,7 @@
 
 namespace smurf {
 
-CellGrid::CellGrid(const ImplicitDomain& domain, int most_cells) {
+CellGrid::CellGrid(const Domain& domain, int most_cells) {
   const glm::dvec3 extent = domain.upper - domain.lower;
   const double longest = std::max({extent.x, extent.y, extent.z, 1e-30});
   size = std::exp2(std::ceil(std::log2(longest / (most_cells - 1))));
@@ -19,9 +19,8 @@ CellGrid::CellGrid(const ImplicitDomain& domain, int most_cells) {
   cells = glm::max(glm::ivec3(glm::ceil((domain.upper - origin) / size)), glm::ivec3(1));
 }
 
-std::array<std::uint32_t, IMPLICIT_PARAMETER_WORDS> parameter_words(const ImplicitSurface& surface,
-                                                                    const CellGrid& grid) {
-  std::array<std::uint32_t, IMPLICIT_PARAMETER_WORDS> words{};
+std::array<std::uint32_t, IMPLICIT_UNIFORM_WORDS> uniform_words(const ImplicitSurface& surface, const CellGrid& grid) {
+  std::array<std::uint32_t, IMPLICIT_UNIFORM_WORDS> words{};
   const auto put_integer = [&](int at, int value) { words[std::size_t(at)] = std::uint32_t(value); };
   const auto put_real = [&](int at, double value) {
     words[std::size_t(at)] = std::bit_cast<std::uint32_t>(float(value));
@@ -49,13 +48,13 @@ std::array<std::uint32_t, IMPLICIT_PARAMETER_WORDS> parameter_words(const Implic
 }
 
 ImplicitCells::ImplicitCells(Executor& executor, const CellGrid& grid, const ActiveCells::Texts& modules,
-                             const ActiveCells::Texts& defines, DeviceBuffer& parameters)
+                             const ActiveCells::Texts& defines, DeviceBuffer& uniforms)
     : executor_(executor),
       cells_(grid.cells),
       modules_(modules),
       defines_(defines),
-      parameters_(parameters),
-      active_(executor, grid.cells, modules, defines, parameters, parameters, parameters),
+      uniforms_(uniforms),
+      active_(executor, grid.cells, modules, defines, uniforms, uniforms, uniforms),
       blocks_(executor, active_.block_count(), "blocks of cells"),
       sides_(defines.at("SIDES") == "2" ? 2 : 1) {}
 
@@ -77,7 +76,7 @@ void ImplicitCells::make(std::vector<glm::uvec2> bits, std::span<const std::uint
                          DeviceBuffer* tapes) {
   write_blocks(bits, tape_places);
   // What is not used must still be something.
-  DeviceBuffer& tape_words = tapes ? *tapes : parameters_;
+  DeviceBuffer& tape_words = tapes ? *tapes : uniforms_;
   const std::vector<std::uint32_t> candidates = listed(bits);
   if (!candidates.empty()) {
     TypedBuffer<std::uint32_t> marks(executor_, candidates.size(), "cells that reach the level");
@@ -114,7 +113,7 @@ void ImplicitCells::run(std::span<const std::uint32_t> cells, DeviceBuffer& tape
   TypedBuffer<std::uint32_t> list(executor_, cells.size(), "cells in order");
   list.write(cells);
   launch(executor_, Program{KernelId::implicit_models, modules_, defines_},
-         arguments::implicit_models{.parameters = &parameters_,
+         arguments::implicit_models{.uniforms = &uniforms_,
                                     .cells = blocks_.get(),
                                     .tapes = &tapes,
                                     .list = list.get(),

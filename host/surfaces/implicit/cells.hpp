@@ -20,19 +20,18 @@ struct CellGrid {
   glm::ivec3 cells{1};
 
   // With about `most_cells` cells at most along the longest side of the domain, and at least about half as many.
-  CellGrid(const ImplicitDomain& domain, int most_cells);
+  CellGrid(const Domain& domain, int most_cells);
 };
 
 // The parameter buffer (implicit/layout.inc), but for the box of active cells.
-std::array<std::uint32_t, IMPLICIT_PARAMETER_WORDS> parameter_words(const ImplicitSurface& surface,
-                                                                    const CellGrid& grid);
+std::array<std::uint32_t, IMPLICIT_UNIFORM_WORDS> uniform_words(const ImplicitSurface& surface, const CellGrid& grid);
 
 // The cells of a surface's domain on a device: which of them are active, and their Taylor models (kernels/implicit/taylor_model.inc).
 class ImplicitCells {
  public:
   // All that is referred to must outlive this. The source module "models" makes models.
   ImplicitCells(Executor& executor, const CellGrid& grid, const ActiveCells::Texts& modules,
-                const ActiveCells::Texts& defines, DeviceBuffer& parameters);
+                const ActiveCells::Texts& defines, DeviceBuffer& uniforms);
 
   // The cells that the module "cells" leaves over (kernels/implicit/cells.inc).
   std::vector<glm::uvec2> find() { return active_.find(); }
@@ -52,7 +51,7 @@ class ImplicitCells {
   Executor& executor_;
   const glm::ivec3 cells_;
   const ActiveCells::Texts &modules_, &defines_;
-  DeviceBuffer& parameters_;
+  DeviceBuffer& uniforms_;
   ActiveCells active_;
   TypedBuffer<glm::uvec4> blocks_;  // CELL_BLOCK_WORDS each
   TypedBuffer<float> models_;

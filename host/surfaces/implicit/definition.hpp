@@ -24,38 +24,30 @@ struct ImplicitFunction {
 // Adds the derivatives of the graph's function.
 std::shared_ptr<const ImplicitFunction> differentiated(expression::Graph graph, expression::NodeId value);
 
-// Where the function is looked at: a box, and where the radius is not 0 what lies of it within the ball about the origin.
-struct ImplicitDomain {
-  glm::dvec3 lower{0.0}, upper{0.0};
-  double radius = 0;
-
-  bool operator==(const ImplicitDomain&) const = default;
-};
-
 // The domain, if it is a box of finite corners and its radius is none or positive; throws Error (input) otherwise.
-const ImplicitDomain& require_domain(const ImplicitDomain& domain);
+const Domain& require_domain(const Domain& domain);
 
-class ImplicitSurface : public SurfaceModel {
+class ImplicitSurface : public SurfaceDefinition {
  public:
   enum class Side { out_of_smaller = 1, out_of_greater = -1 };  // where normals come from, as the sign of ∇f in them
 
   // Throws Error (input) when the domain is empty or not finite, or the level is not finite.
   ImplicitSurface(std::string kind, std::string text, std::shared_ptr<const ImplicitFunction> function, double level,
-                  Side side, const ImplicitDomain& domain);
+                  Side side, const Domain& domain);
   std::string_view kind() const override { return kind_; }
   Bounds bounds() const override { return {domain.lower, domain.upper}; }
   std::uint32_t properties() const override;
   std::vector<Fact> facts() const override;
   std::unique_ptr<ResidentSurface> reside(Executor& executor, const PrepareOptions& options) const override;
-  std::unique_ptr<Interrogation> reference() const override;  // host/reference/implicit/surface.cpp
+  std::unique_ptr<SurfaceQueries> reference() const override;  // host/reference/implicit/surface.cpp
   std::optional<AnalyticField> analytic_field() const override;
-  RootDecider root_decider() const override;
+  RootResolver root_resolver() const override;
 
   const std::string text;  // as the user wrote it
   const std::shared_ptr<const ImplicitFunction> function;
   const double level;
   const Side side;
-  const ImplicitDomain domain;
+  const Domain domain;
 
  private:
   std::string kind_;

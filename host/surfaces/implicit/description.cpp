@@ -30,7 +30,7 @@ std::shared_ptr<const ImplicitFunction> function_of(std::string_view text, const
   return differentiated(std::move(graph), value);
 }
 
-ImplicitDomain domain_of(const Domain& domain) { return {domain.lower, domain.upper, domain.radius}; }
+Domain domain_of(const Domain& domain) { return {domain.lower, domain.upper, domain.radius}; }
 
 glm::dvec3 read_corner(const json& value, const std::string& path) {
   glm::dvec3 corner;
@@ -127,7 +127,7 @@ Surface load_implicit(const std::filesystem::path& file, const std::optional<Dom
 namespace {
 
 // A black box: "source" is a file of device code; "equation", if there is one, is the same function for the reference.
-std::shared_ptr<const SurfaceModel> read_black_box(const json& root, const std::filesystem::path& folder) {
+std::shared_ptr<const SurfaceDefinition> read_black_box(const json& root, const std::filesystem::path& folder) {
   description::only_members(root, "",
                             {"kind", "source", "equation", "parameters", "domain", "radius", "level", "step",
                              "lipschitz", "difference_order", "difference_step"});
@@ -163,7 +163,7 @@ std::shared_ptr<const SurfaceModel> read_black_box(const json& root, const std::
 
 }  // namespace
 
-std::shared_ptr<const SurfaceModel> read_implicit(const json& root, const std::filesystem::path& folder) {
+std::shared_ptr<const SurfaceDefinition> read_implicit(const json& root, const std::filesystem::path& folder) {
   if (root.contains("source")) return read_black_box(root, folder);
   description::only_members(root, "", {"kind", "equation", "file", "domain", "radius", "parameters"});
   if (root.contains("file")) {
@@ -179,8 +179,8 @@ std::shared_ptr<const SurfaceModel> read_implicit(const json& root, const std::f
   return named("", "equation", [&] { return implicit(equation, domain, parameters).share(); });
 }
 
-std::shared_ptr<const SurfaceModel> read_expression_isosurface(const json& field, const std::filesystem::path&,
-                                                               double isovalue) {
+std::shared_ptr<const SurfaceDefinition> read_expression_isosurface(const json& field, const std::filesystem::path&,
+                                                                    double isovalue) {
   description::only_members(field, "field", {"kind", "value", "domain", "radius", "parameters"});
   const std::string text = description::text_member(field, "field", "value");
   const Domain domain = required_domain(field, "field");

@@ -52,22 +52,22 @@ std::string expression_source(const ImplicitFunction& function) {
   jet.insert(jet.end(), function.gradient.begin(), function.gradient.end());
   jet.insert(jet.end(), function.hessian.begin(), function.hessian.end());
   std::string text =
-      "#include \"arithmetic/interval_dual_vocabulary.inc\"\n#include \"arithmetic/interval_dual_defined.inc\"\n";
-  text += function_source(graph, value, "FN Span expression_span(Tape tape, Dual v0, Dual v1, Dual v2)",
-                          "  mask nowhere = mask_none();\n",
-                          "  Span span;\n  span.field = {0};\n  span.nowhere = nowhere;\n  return span;\n");
-  text += "#include \"arithmetic/running_error_vocabulary.inc\"\nSTRUCT(Rounded3) { Rounded x, y, z; };\n";
+      "#include \"arithmetic/interval_dual_number.inc\"\n#include \"arithmetic/interval_dual_defined.inc\"\n";
+  text += function_source(graph, value,
+                          "FN Span expression_span(Tape tape, IntervalDual v0, IntervalDual v1, IntervalDual v2)",
+                          "  mask undefined = mask_none();\n",
+                          "  Span span;\n  span.field = {0};\n  span.undefined = undefined;\n  return span;\n");
+  text += "#include \"arithmetic/bounded_number.inc\"\nSTRUCT(Bounded3) { Bounded x, y, z; };\n";
   text += function_source(graph, function.gradient,
-                          "FN Rounded3 expression_gradient(Tape tape, Rounded v0, Rounded v1, Rounded v2)", "",
-                          "  Rounded3 g;\n  g.x = {0};\n  g.y = {1};\n  g.z = {2};\n  return g;\n");
-  text += function_source(graph, value, "FN Rounded expression_point(Tape tape, Rounded v0, Rounded v1, Rounded v2)",
+                          "FN Bounded3 expression_gradient(Tape tape, Bounded v0, Bounded v1, Bounded v2)", "",
+                          "  Bounded3 g;\n  g.x = {0};\n  g.y = {1};\n  g.z = {2};\n  return g;\n");
+  text += function_source(graph, value, "FN Bounded expression_point(Tape tape, Bounded v0, Bounded v1, Bounded v2)",
                           "", "  return {0};\n");
   text += "#include \"arithmetic/dual.inc\"\n";
+  text += function_source(graph, value, "FN Dual expression_along(Tape tape, Dual v0, Dual v1, Dual v2)", "",
+                          "  return {0};\n");
   text +=
-      function_source(graph, value, "FN RealDual expression_along(Tape tape, RealDual v0, RealDual v1, RealDual v2)",
-                      "", "  return {0};\n");
-  text +=
-      "#include \"common/frame.inc\"\n#include \"arithmetic/real_vocabulary.inc\"\n"
+      "#include \"common/frame.inc\"\n#include \"arithmetic/real_number.inc\"\n"
       "STRUCT(Jet) { real value; real3 gradient; Symmetric3 hessian; };\n";
   text += function_source(graph, jet, "FN Jet expression_jet(Tape tape, real v0, real v1, real v2)", "",
                           "  Jet jet;\n  jet.value = {0};\n  jet.gradient = make3({1}, {2}, {3});\n"
@@ -84,8 +84,8 @@ class Creases {
     const std::vector<NodeId> roots{value};
     for (const NodeId id : expression::reachable(graph, roots)) {
       const expression::Node node = graph[id];
-      if (node.op == Op::absolute) add(node.arguments[0], none, node.arguments[0]);
-      if (node.op == Op::minimum || node.op == Op::maximum || node.op == Op::choose) {
+      if (node.op == Op::abs) add(node.arguments[0], none, node.arguments[0]);
+      if (node.op == Op::min || node.op == Op::max || node.op == Op::choose) {
         const auto [a, b] = std::pair(node.arguments[0], node.arguments[1]);
         add(a, b, graph.subtract(a, b));
       }
@@ -127,11 +127,11 @@ class Creases {
     };
     const NodeId a = node.arguments[0], b = node.arguments[1];
     switch (node.op) {
-      case Op::absolute:
+      case Op::abs:
       case Op::sign:
         return find(a, none, 1);
-      case Op::minimum:
-      case Op::maximum:
+      case Op::min:
+      case Op::max:
       case Op::choose: {
         if (a == zero_ && places_.contains({b, none})) return find(b, none, -1);  // the slope of |b|
         const auto forward = find(a, b, 1);
@@ -147,8 +147,8 @@ class Creases {
   void find_sides(const Graph& graph, NodeId value) {
     const auto rises_with = [&](const expression::Node& node, int argument) {
       switch (node.op) {
-        case Op::minimum:
-        case Op::maximum:
+        case Op::min:
+        case Op::max:
           return true;
         case Op::add:
           return graph.is_constant(node.arguments[std::size_t(1 - argument)]);
@@ -172,8 +172,8 @@ class Creases {
       const auto [place, sign] = turning(node);
       if (sign == 0) continue;
       int side = 0;
-      if (rising && node.op == Op::minimum) side = -1;
-      if (rising && (node.op == Op::maximum || node.op == Op::absolute)) side = 1;
+      if (rising && node.op == Op::min) side = -1;
+      if (rising && (node.op == Op::max || node.op == Op::abs)) side = 1;
       sides_[place] = sides_[place] == unseen || sides_[place] == side ? side : 0;
     }
     for (int& side : sides_) side = side == unseen ? 0 : side;
@@ -205,8 +205,8 @@ std::string box_source(const Graph& graph, const ImplicitFunction& function, con
   jet.insert(jet.end(), function.hessian.begin(), function.hessian.end());
   std::string text = "#include \"arithmetic/interval_defined.inc\"\n";
   text += function_source(graph, value, "FN_SHARED Reach expression_reach(Interval v0, Interval v1, Interval v2)",
-                          "  mask nowhere = mask_none();\n",
-                          "  Reach reach;\n  reach.field = {0};\n  reach.nowhere = nowhere;\n  return reach;\n");
+                          "  mask undefined = mask_none();\n",
+                          "  Reach reach;\n  reach.field = {0};\n  reach.undefined = undefined;\n  return reach;\n");
   text += "#include \"arithmetic/interval_smooth.inc\"\n";
   text += "FN float crease_sides(int crease) {\n  float sides = 0.0f;\n";
   for (std::size_t i = 0; i < creases.count(); i++)
@@ -219,10 +219,10 @@ std::string box_source(const Graph& graph, const ImplicitFunction& function, con
     assignments += fmt::format("  differences.at[{0}] = {{{0}}};\n", i);
   text += function_source(
       graph, creases.roots(), "FN_SHARED Differences expression_differences(Interval v0, Interval v1, Interval v2)",
-      "  mask smooth_here = mask_all(), nowhere = mask_none();\n", assignments + "  return differences;\n");
+      "  mask smooth_here = mask_all(), undefined = mask_none();\n", assignments + "  return differences;\n");
   text +=
       function_source(graph, jet, "FN_SHARED Box expression_box(Interval v0, Interval v1, Interval v2, Decisions by)",
-                      "  mask smooth_here = mask_all(), nowhere = mask_none();\n",
+                      "  mask smooth_here = mask_all(), undefined = mask_none();\n",
                       "  Box box;\n  box.value = {0};\n  box.x = {1};\n  box.y = {2};\n  box.z = {3};\n"
                       "  box.xx = {4};\n  box.yy = {5};\n  box.zz = {6};\n  box.xy = {7};\n  box.xz = {8};\n"
                       "  box.yz = {9};\n  box.smooth_here = smooth_here;\n  return box;\n",
@@ -246,30 +246,30 @@ class ResidentImplicit final : public ResidentSurface {
     defines_["SIDES"] = std::ranges::any_of(creases.sides(), [](int side) { return side != 0; }) ? "2" : "1";
     modules_["cells"] = embedded_core("implicit/cells.inc");
     modules_["models"] = modules_["cells"];
-    // Whether derivatives have sides (arithmetic/running_error.inc).
+    // Whether derivatives have sides (arithmetic/bounded.inc).
     const auto has_sides = [&](NodeId id) {
       const Op op = function_->graph[id].op;
       return op == Op::choose || op == Op::sign;
     };
     defines_["CHOICES"] =
         std::ranges::any_of(expression::reachable(function_->graph, function_->gradient), has_sides) ? "1" : "0";
-    defines_["TAPS_INSIDE"] = "0";
-    ActiveCells::define_walks(defines_, grid_.cells, true);
-    parameters_ = TypedBuffer<std::uint32_t>(executor, IMPLICIT_PARAMETER_WORDS, "surface parameters");
+    defines_["PADDED"] = "0";
+    ActiveCells::define_traversal(defines_, grid_.cells, true);
+    uniforms_ = TypedBuffer<std::uint32_t>(executor, IMPLICIT_UNIFORM_WORDS, "surface uniforms");
     write_parameters(surface);
-    cells_ = std::make_unique<ImplicitCells>(executor, grid_, modules_, defines_, *parameters_.get());
+    cells_ = std::make_unique<ImplicitCells>(executor, grid_, modules_, defines_, *uniforms_.get());
     cells_->make(cells_->find(), {}, nullptr);
   }
 
   const std::map<std::string, std::string>& modules() const override { return modules_; }
   const std::map<std::string, std::string>& defines() const override { return defines_; }
-  DeviceBuffer* parameters() const override { return parameters_.get(); }
+  DeviceBuffer* uniforms() const override { return uniforms_.get(); }
   std::vector<DeviceBuffer*> buffers() const override {
     return {cells_->models(), cells_->distances(), cells_->blocks()};
   }
-  std::size_t bytes() const override { return parameters_.bytes() + cells_->bytes(); }
+  std::size_t bytes() const override { return uniforms_.bytes() + cells_->bytes(); }
 
-  bool update(const SurfaceModel& model) override {
+  bool update(const SurfaceDefinition& model) override {
     const auto* other = dynamic_cast<const ImplicitSurface*>(&model);
     if (!other || other->function != function_ || !(other->domain == domain_)) return false;
     write_parameters(*other);
@@ -278,13 +278,13 @@ class ResidentImplicit final : public ResidentSurface {
   }
 
  private:
-  void write_parameters(const ImplicitSurface& surface) { parameters_.write(parameter_words(surface, grid_)); }
+  void write_parameters(const ImplicitSurface& surface) { uniforms_.write(uniform_words(surface, grid_)); }
 
-  const ImplicitDomain domain_;
+  const Domain domain_;
   const CellGrid grid_;
   std::shared_ptr<const ImplicitFunction> function_;
   std::map<std::string, std::string> modules_, defines_;
-  TypedBuffer<std::uint32_t> parameters_;
+  TypedBuffer<std::uint32_t> uniforms_;
   std::unique_ptr<ImplicitCells> cells_;
 };
 
@@ -305,7 +305,7 @@ std::shared_ptr<const ImplicitFunction> differentiated(Graph graph, NodeId value
   return std::make_shared<const ImplicitFunction>(std::move(function));
 }
 
-const ImplicitDomain& require_domain(const ImplicitDomain& domain) {
+const Domain& require_domain(const Domain& domain) {
   const glm::dvec3 &lower = domain.lower, &upper = domain.upper;
   if (!finite(lower) || !finite(upper) || glm::any(glm::greaterThan(lower, upper))) {
     throw Error(ErrorCode::input,
@@ -320,7 +320,7 @@ const ImplicitDomain& require_domain(const ImplicitDomain& domain) {
 
 ImplicitSurface::ImplicitSurface(std::string kind, std::string the_text,
                                  std::shared_ptr<const ImplicitFunction> the_function, double the_level, Side the_side,
-                                 const ImplicitDomain& the_domain)
+                                 const Domain& the_domain)
     : text(std::move(the_text)),
       function(std::move(the_function)),
       level(the_level),
@@ -361,7 +361,7 @@ std::optional<AnalyticField> ImplicitSurface::analytic_field() const {
 namespace {
 
 // Cuts [low, high] of a ray to the domain, and leaves a little of what floats round off.
-void cut_to_domain(const ImplicitDomain& domain, const glm::dvec3& origin, const glm::dvec3& direction, double& low,
+void cut_to_domain(const Domain& domain, const glm::dvec3& origin, const glm::dvec3& direction, double& low,
                    double& high) {
   double enter = low, leave = high;
   for (int axis = 0; axis < 3; axis++) {
@@ -386,7 +386,7 @@ void cut_to_domain(const ImplicitDomain& domain, const glm::dvec3& origin, const
 
 }  // namespace
 
-RootDecider ImplicitSurface::root_decider() const {
+RootResolver ImplicitSurface::root_resolver() const {
   return [roots = expression::LineRoots(function->graph, function->value, level), where = domain](
              const Ray& ray, double low, double high, std::vector<expression::LineRoot>& found) {
     const glm::dvec3 origin(ray.origin), direction(ray.direction);

@@ -38,11 +38,11 @@ constexpr double cell_margin = 1.0 / 64;
 
 constexpr std::string_view no_words;
 
-// Whether the function has creases (kernels/arithmetic/running_error.inc).
+// Whether the function has creases (kernels/arithmetic/bounded.inc).
 bool has_choices(const Program& program) {
   return std::ranges::any_of(program.nodes, [](const expression::Node& node) {
     using expression::Op;
-    return node.op == Op::absolute || node.op == Op::minimum || node.op == Op::maximum || node.op == Op::choose ||
+    return node.op == Op::abs || node.op == Op::min || node.op == Op::max || node.op == Op::choose ||
            node.op == Op::sign;
   });
 }
@@ -53,32 +53,32 @@ std::string device_functions(const Program& program) {
   };
   const std::string as_is = variables("v");
   std::string text =
-      "#include \"arithmetic/interval_dual_vocabulary.inc\"\n#include \"arithmetic/interval_dual_defined.inc\"\n";
-  text += interpreter_source(program, {.head = "FN_SHARED Span expression_span(Tape tape, Dual v0, Dual v1, Dual v2)",
-                                       .before = "  mask nowhere = mask_none();\n",
-                                       .variable = as_is,
-                                       .select = "    span.field = dual_select(here, r, span.field);\n"
-                                                 "    span.nowhere = (here && nowhere) || (!here && span.nowhere);\n"
-                                                 "    nowhere = mask_none();",
-                                       .result = "  Span span;\n  span.field = v0;\n  span.nowhere = mask_none();",
-                                       .after = "  return span;\n"});
-  text += "#include \"arithmetic/running_error_vocabulary.inc\"\nSTRUCT(Rounded3) { Rounded x, y, z; };\n";
+      "#include \"arithmetic/interval_dual_number.inc\"\n#include \"arithmetic/interval_dual_defined.inc\"\n";
   text += interpreter_source(
-      program, {.head = "FN_SHARED Rounded expression_point(Tape tape, Rounded v0, Rounded v1, Rounded v2)",
+      program, {.head = "FN_SHARED Span expression_span(Tape tape, IntervalDual v0, IntervalDual v1, IntervalDual v2)",
+                .before = "  mask undefined = mask_none();\n",
+                .variable = as_is,
+                .select = "    span.field = interval_dual_select(here, r, span.field);\n"
+                          "    span.undefined = (here && undefined) || (!here && span.undefined);\n"
+                          "    undefined = mask_none();",
+                .result = "  Span span;\n  span.field = v0;\n  span.undefined = mask_none();",
+                .after = "  return span;\n"});
+  text += "#include \"arithmetic/bounded_number.inc\"\nSTRUCT(Bounded3) { Bounded x, y, z; };\n";
+  text += interpreter_source(
+      program, {.head = "FN_SHARED Bounded expression_point(Tape tape, Bounded v0, Bounded v1, Bounded v2)",
                 .before = no_words,
                 .variable = as_is,
-                .select = "    result = rounded_select(here, r, result);",
-                .result = "  Rounded result = v0;",
+                .select = "    result = bounded_select(here, r, result);",
+                .result = "  Bounded result = v0;",
                 .after = "  return result;\n"});
   text += "#include \"arithmetic/dual.inc\"\n";
-  text += interpreter_source(
-      program, {.head = "FN_SHARED RealDual expression_along(Tape tape, RealDual v0, RealDual v1, RealDual v2)",
-                .before = no_words,
-                .variable = as_is,
-                .select = "    result.value = here ? r.value : result.value;\n"
-                          "    result.slope = here ? r.slope : result.slope;",
-                .result = "  RealDual result = v0;",
-                .after = "  return result;\n"});
+  text += interpreter_source(program, {.head = "FN_SHARED Dual expression_along(Tape tape, Dual v0, Dual v1, Dual v2)",
+                                       .before = no_words,
+                                       .variable = as_is,
+                                       .select = "    result.value = here ? r.value : result.value;\n"
+                                                 "    result.slope = here ? r.slope : result.slope;",
+                                       .result = "  Dual result = v0;",
+                                       .after = "  return result;\n"});
   text += "#include \"arithmetic/jet.inc\"\nSTRUCT(Jet) { real value; real3 gradient; Symmetric3 hessian; };\n";
   text += interpreter_source(
       program,
@@ -89,16 +89,16 @@ std::string device_functions(const Program& program) {
        .result = "  JetNumber result = v0;",
        .after = "  return result;\n"});
   text +=
-      "FN JetNumber expression_jet_at(Tape tape, Rounded x, Rounded y, Rounded z) {\n"
+      "FN JetNumber expression_jet_at(Tape tape, Bounded x, Bounded y, Bounded z) {\n"
       "  real one = splat(1.0f);\n  real zero = splat(0.0f);\n"
       "  return expression_jet_number(tape, jet_variable(x, one, zero, zero), jet_variable(y, zero, one, zero),\n"
       "                               jet_variable(z, zero, zero, one));\n}\n"
       "FN Jet expression_jet(Tape tape, real x, real y, real z) {\n"
-      "  JetNumber n = expression_jet_at(tape, rounded_exact(x), rounded_exact(y), rounded_exact(z));\n  Jet jet;\n"
-      "  jet.value = rounded_known(n.value) ? n.value.value : not_a_number();\n"
+      "  JetNumber n = expression_jet_at(tape, bounded_exact(x), bounded_exact(y), bounded_exact(z));\n  Jet jet;\n"
+      "  jet.value = bounded_known(n.value) ? n.value.value : not_a_number();\n"
       "  jet.gradient = make3(n.x.value, n.y.value, n.z.value);\n  jet.hessian = n.bend;\n  return jet;\n}\n"
-      "FN Rounded3 expression_gradient(Tape tape, Rounded x, Rounded y, Rounded z) {\n"
-      "  JetNumber n = expression_jet_at(tape, x, y, z);\n  Rounded3 g;\n"
+      "FN Bounded3 expression_gradient(Tape tape, Bounded x, Bounded y, Bounded z) {\n"
+      "  JetNumber n = expression_jet_at(tape, x, y, z);\n  Bounded3 g;\n"
       "  g.x = n.x;\n  g.y = n.y;\n  g.z = n.z;\n  return g;\n}\n";
   return text;
 }
@@ -176,26 +176,26 @@ class ResidentTape final : public ResidentSurface {
     modules_["surface"] = embedded_core("implicit/surface.inc");
     modules_["models"] = embedded_core("implicit/tape_cells.inc");
     modules_["expression"] = device_functions(program_);
-    defines_["TAPS_INSIDE"] = "0";
-    ActiveCells::define_walks(defines_, grid_.cells, true);
+    defines_["PADDED"] = "0";
+    ActiveCells::define_traversal(defines_, grid_.cells, true);
     defines_["SIDES"] = "1";
     defines_["CHOICES"] = has_choices(program_) ? "1" : "0";
     // Programs are shared by expressions of about the same size.
     defines_["TAPE_REGISTERS"] = fmt::format("{}", std::max(32u, std::bit_ceil(unsigned(whole_.registers))));
-    parameters_ = TypedBuffer<std::uint32_t>(executor, IMPLICIT_PARAMETER_WORDS, "surface parameters");
-    cells_ = std::make_unique<ImplicitCells>(executor, grid_, modules_, defines_, *parameters_.get());
+    uniforms_ = TypedBuffer<std::uint32_t>(executor, IMPLICIT_UNIFORM_WORDS, "surface uniforms");
+    cells_ = std::make_unique<ImplicitCells>(executor, grid_, modules_, defines_, *uniforms_.get());
     make(surface);
   }
 
   const std::map<std::string, std::string>& modules() const override { return modules_; }
   const std::map<std::string, std::string>& defines() const override { return defines_; }
-  DeviceBuffer* parameters() const override { return parameters_.get(); }
+  DeviceBuffer* uniforms() const override { return uniforms_.get(); }
   std::vector<DeviceBuffer*> buffers() const override {
     return {cells_->models(), cells_->distances(), cells_->blocks(), tapes_.get()};
   }
-  std::size_t bytes() const override { return parameters_.bytes() + cells_->bytes() + tapes_.bytes(); }
+  std::size_t bytes() const override { return uniforms_.bytes() + cells_->bytes() + tapes_.bytes(); }
 
-  bool update(const SurfaceModel& model) override {
+  bool update(const SurfaceDefinition& model) override {
     const auto* other = dynamic_cast<const ImplicitSurface*>(&model);
     if (!other || other->function != function_ || !(other->domain == domain_)) return false;
     make(*other);
@@ -204,7 +204,7 @@ class ResidentTape final : public ResidentSurface {
 
  private:
   void make(const ImplicitSurface& surface) {
-    parameters_.write(parameter_words(surface, grid_));
+    uniforms_.write(uniform_words(surface, grid_));
     const CellSearch search(program_, grid_, surface.level);
     // The whole tape stands first, for points in blocks without a root.
     std::vector<std::uint32_t> words = whole_.words;
@@ -228,13 +228,13 @@ class ResidentTape final : public ResidentSurface {
   }
 
   Executor& executor_;
-  const ImplicitDomain domain_;
+  const Domain domain_;
   const CellGrid grid_;
   std::shared_ptr<const ImplicitFunction> function_;
   const Program program_;
   const Tape whole_;
   std::map<std::string, std::string> modules_, defines_;
-  TypedBuffer<std::uint32_t> parameters_;
+  TypedBuffer<std::uint32_t> uniforms_;
   std::unique_ptr<ImplicitCells> cells_;
   TypedBuffer<std::uint32_t> tapes_;
 };

@@ -9,7 +9,7 @@
 
 namespace smurf {
 
-class MeshSurface : public SurfaceModel {
+class MeshSurface : public SurfaceDefinition {
  public:
   MeshSurface(const Mesh& mesh, MeshNormals normals, bool spatial_splits)
       : mesh(mesh), normals(normals), spatial_splits(spatial_splits) {}
@@ -19,7 +19,7 @@ class MeshSurface : public SurfaceModel {
   bool has_coordinates() const override { return true; }
   std::vector<Fact> facts() const override;
   std::unique_ptr<ResidentSurface> reside(Executor& executor, const PrepareOptions& options) const override;
-  std::unique_ptr<Interrogation> reference() const override;  // host/reference/mesh/surface.cpp
+  std::unique_ptr<SurfaceQueries> reference() const override;  // host/reference/mesh/surface.cpp
 
   const Mesh mesh;
   const MeshNormals normals;

@@ -87,7 +87,7 @@ Surface mesh_surface(const Mesh& mesh, MeshNormals normals, bool spatial_splits)
   return Surface(std::make_shared<const MeshSurface>(mesh, normals, spatial_splits));
 }
 
-std::shared_ptr<const SurfaceModel> read_mesh(const json& root, const std::filesystem::path& folder) {
+std::shared_ptr<const SurfaceDefinition> read_mesh(const json& root, const std::filesystem::path& folder) {
   description::only_members(root, "", {"kind", "file", "weld", "normals", "spatial_splits"});
   MeshOptions options;
   options.weld = flag(root, "weld");

@@ -21,9 +21,9 @@ namespace {
 
 // Lanes test as many as 16 triangles at the price of one, so that leaves of fewer are split no further: on the bunny such leaves have 11 triangles in the mean,
 // where the builder would make half of its leaves of one triangle, and rays with all hits are faster by a tenth.
-constexpr unsigned kFewestToSplit = 16;
-constexpr float kTriangleCost = 0.05f;  // of a node's
-constexpr std::size_t kMostParts = 4;   // of a triangle in the mean, where they are split
+constexpr unsigned fewest_to_split = 16;
+constexpr float triangle_cost = 0.05f;  // of a node's
+constexpr std::size_t most_parts = 4;   // of a triangle in the mean, where they are split
 
 struct Box {
   glm::vec3 lower, upper;
@@ -254,7 +254,7 @@ float largest(const glm::vec3& v) { return std::max({std::abs(v.x), std::abs(v.y
 MeshHierarchy build_hierarchy(const Mesh& mesh, float unit, bool spatial_splits, const Report::Call& progress) {
   // A leaf takes no more than MESH_LEAF_WORDS for each of its triangles.
   constexpr std::size_t most = (std::size_t(1) << 31) / MESH_LEAF_WORDS - 1;
-  if (mesh.face_count() > most / (spatial_splits ? kMostParts : 1))
+  if (mesh.face_count() > most / (spatial_splits ? most_parts : 1))
     throw Error(ErrorCode::memory,
                 fmt::format("the mesh has {} triangles; kernels can number {}", mesh.face_count(), most));
   const std::unique_ptr<RTCDeviceTy, DeviceRelease> device(rtcNewDevice(nullptr));
@@ -263,7 +263,7 @@ MeshHierarchy build_hierarchy(const Mesh& mesh, float unit, bool spatial_splits,
 
   // Room for what splits add: the builder splits no more than it has room for.
   std::vector<RTCBuildPrimitive> primitives;
-  primitives.reserve(mesh.face_count() * (spatial_splits ? kMostParts : 1));
+  primitives.reserve(mesh.face_count() * (spatial_splits ? most_parts : 1));
   primitives.resize(mesh.face_count());
   Box bounds{glm::vec3(std::numeric_limits<float>::max()), glm::vec3(std::numeric_limits<float>::lowest())};
   for (std::size_t i = 0; i < primitives.size(); i++) {
@@ -279,10 +279,10 @@ MeshHierarchy build_hierarchy(const Mesh& mesh, float unit, bool spatial_splits,
   arguments.maxBranchingFactor = MESH_WIDTH;
   arguments.maxDepth = 48;
   arguments.sahBlockSize = 1;
-  arguments.minLeafSize = kFewestToSplit;
+  arguments.minLeafSize = fewest_to_split;
   arguments.maxLeafSize = MESH_LEAF_MOST;
   arguments.traversalCost = 1.0f;
-  arguments.intersectionCost = kTriangleCost;
+  arguments.intersectionCost = triangle_cost;
   arguments.bvh = bvh.get();
   arguments.primitives = primitives.data();
   arguments.primitiveCount = primitives.size();

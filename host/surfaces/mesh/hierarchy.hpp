@@ -13,7 +13,7 @@ namespace smurf {
 struct MeshHierarchy {
   std::vector<std::uint32_t> nodes;      // MESH_NODE_WORDS each; the first is the root
   std::vector<std::uint32_t> triangles;  // leaf by leaf
-  int stack = 0;                         // words that a walk from near to far may have to keep
+  int stack = 0;                         // words that a traversal from near to far may have to keep
   glm::vec3 lower{0.0f}, upper{0.0f};    // of the root, a little wider than the mesh
 };
 

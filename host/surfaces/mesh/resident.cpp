@@ -31,7 +31,7 @@ class ResidentMesh final : public ResidentSurface {
     upload(executor, hierarchy.nodes, nodes_, "hierarchy of a mesh");
     upload(executor, hierarchy.triangles, triangles_, "triangles of a mesh");
     upload_corners(executor, surface.mesh);
-    std::array<std::uint32_t, MESH_PARAMETER_WORDS> words{};
+    std::array<std::uint32_t, MESH_UNIFORM_WORDS> words{};
     const auto put = [&](int at, float value) { words[std::size_t(at)] = std::bit_cast<std::uint32_t>(value); };
     float size = 0, extent = 0;
     for (int axis = 0; axis < 3; axis++) {
@@ -45,25 +45,25 @@ class ResidentMesh final : public ResidentSurface {
     put(MESH_EXTENT, extent);
     words[MESH_INTERPOLATED] = surface.normals == MeshNormals::interpolated ? 1 : 0;
     words[MESH_POSITIONS] = std::uint32_t(3 * surface.mesh.face_count());
-    parameters_ = TypedBuffer<std::uint32_t>(executor, words.size(), "surface parameters");
-    parameters_.write(words);
+    uniforms_ = TypedBuffer<std::uint32_t>(executor, words.size(), "surface uniforms");
+    uniforms_.write(words);
   }
 
   const std::map<std::string, std::string>& modules() const override { return modules_; }
   const std::map<std::string, std::string>& defines() const override { return defines_; }
-  DeviceBuffer* parameters() const override { return parameters_.get(); }
+  DeviceBuffer* uniforms() const override { return uniforms_.get(); }
   std::vector<DeviceBuffer*> buffers() const override {
     return {nodes_.get(), triangles_.get(), vertices_.get(), corners_.get()};
   }
   std::size_t bytes() const override {
-    return nodes_.bytes() + triangles_.bytes() + vertices_.bytes() + corners_.bytes() + parameters_.bytes();
+    return nodes_.bytes() + triangles_.bytes() + vertices_.bytes() + corners_.bytes() + uniforms_.bytes();
   }
 
   // Normals and curvature at the vertices (kernels/mesh/curvature.inc).
   void prepare_properties() override {
     if (!vertices_) vertices_ = make_vertices(executor_, mesh_, unit_);
   }
-  bool update(const SurfaceModel&) override { return false; }
+  bool update(const SurfaceDefinition&) override { return false; }
 
  private:
   static void upload(Executor& executor, const std::vector<std::uint32_t>& words, TypedBuffer<std::uint32_t>& buffer,
@@ -85,7 +85,7 @@ class ResidentMesh final : public ResidentSurface {
   const Mesh mesh_;
   const float unit_;
   std::map<std::string, std::string> modules_, defines_;
-  TypedBuffer<std::uint32_t> nodes_, vertices_, triangles_, corners_, parameters_;
+  TypedBuffer<std::uint32_t> nodes_, vertices_, triangles_, corners_, uniforms_;
 };
 
 }  // namespace

@@ -9,10 +9,10 @@
 #include "kernels/mesh/layout.inc"
 #include "smurf/error.hpp"
 #include "smurf/interrogator.hpp"
-#include "surfaces/interrogation.hpp"
 #include "surfaces/mesh/rings.hpp"
 #include "surfaces/mesh/vertices.hpp"
 #include "surfaces/property_columns.hpp"
+#include "surfaces/queries.hpp"
 #include "surfaces/record_answers.hpp"
 #include "surfaces/surface_definition.hpp"
 
@@ -31,9 +31,9 @@ PointProperties on_device(Executor& executor, const Mesh& mesh, std::uint32_t wa
   const auto words = std::make_shared<Values<std::uint32_t>>(count * words_per_point(wanted));
   const std::size_t bytes = words->size() * sizeof(std::uint32_t);
   const float unit = mesh_unit(mesh);
-  std::array<float, MESH_PARAMETER_WORDS> numbers_of_mesh{};
+  std::array<float, MESH_UNIFORM_WORDS> numbers_of_mesh{};
   numbers_of_mesh[MESH_UNIT] = unit;
-  const auto parameters = executor.share(numbers_of_mesh.data(), sizeof numbers_of_mesh, "surface parameters");
+  const auto uniforms = executor.share(numbers_of_mesh.data(), sizeof numbers_of_mesh, "surface uniforms");
   const auto points = executor.share(mesh.vertices().data(), mesh.vertices().size_bytes(), "points");
   const auto coordinates =
       executor.share(numbers.data(), numbers.size() * sizeof(SurfaceCoordinates), "surface coordinates");
@@ -45,7 +45,7 @@ PointProperties on_device(Executor& executor, const Mesh& mesh, std::uint32_t wa
            Program{KernelId::measure,
                    {{"surface", std::string(embedded_core("mesh/vertex_surface.inc"))}},
                    {{"COORDINATES", "1"}, {"CURVATURE", wanted == std::uint32_t(Property::normal) ? "0" : "1"}}},
-           arguments::measure{.parameters = parameters.get(),
+           arguments::measure{.uniforms = uniforms.get(),
                               .surface_a = vertices,
                               .points = points.get(),
                               .coordinates = coordinates.get(),

@@ -11,7 +11,7 @@
 #include "truth/analytic.hpp"
 
 KERNELS(find_hits, count_blocks, order_rows, measure, bspline_prefilter, grid_bounds, grid_activate, grid_distances,
-        grid_surround);
+        grid_pad);
 
 namespace smurf::test {
 namespace {

@@ -37,7 +37,7 @@ std::vector<SurfaceCoordinates> nearest_on(const TestDevice& device, const Mesh&
   Program program{KernelId::find_nearest, surface->modules(), surface->defines()};
   program.defines["COORDINATES"] = "1";
   launch(executor, program,
-         arguments::find_nearest{.parameters = surface->parameters(),
+         arguments::find_nearest{.uniforms = surface->uniforms(),
                                  .surface_a = buffers[0],
                                  .surface_b = buffers[1],
                                  .surface_c = buffers[2],

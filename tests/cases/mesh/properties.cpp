@@ -21,7 +21,7 @@
 #include "reference/mesh/brute_force.hpp"
 #include "smurf/error.hpp"
 #include "smurf/interrogator.hpp"
-#include "surfaces/interrogation.hpp"
+#include "surfaces/queries.hpp"
 #include "surfaces/surface_definition.hpp"
 #include "truth/meshes.hpp"
 
@@ -80,7 +80,7 @@ Places all_places(const Mesh& mesh) {
   return places;
 }
 
-PointProperties measure_at(Interrogation& query, const Mesh& mesh, const Places& places, std::uint32_t wanted = all) {
+PointProperties measure_at(SurfaceQueries& query, const Mesh& mesh, const Places& places, std::uint32_t wanted = all) {
   std::vector<glm::vec3> locations;
   for (const SurfaceCoordinates& at : places) locations.emplace_back(location(mesh, at));
   PointProperties out;

@@ -17,7 +17,7 @@ namespace {
 class Bunny {
  public:
   explicit Bunny(const char* file) {
-    if (const char* before = std::getenv(kName)) before_ = before;
+    if (const char* before = std::getenv(name)) before_ = before;
     set(file);
   }
   ~Bunny() { set(before_ ? before_->c_str() : nullptr); }
@@ -25,8 +25,8 @@ class Bunny {
   Bunny& operator=(const Bunny&) = delete;
 
  private:
-  static constexpr const char* kName = "SMURF_BUNNY";
-  static void set(const char* file) { file ? ::setenv(kName, file, 1) : ::unsetenv(kName); }
+  static constexpr const char* name = "SMURF_BUNNY";
+  static void set(const char* file) { file ? ::setenv(name, file, 1) : ::unsetenv(name); }
   std::optional<std::string> before_;
 };
 

@@ -71,7 +71,7 @@ TEST(ExpressionEvaluator, WhatIsUndefinedIsNaN) {
   for (const auto& [text, x, expected] : defined) EXPECT_EQ(value_of(text, {x, 0, 0}), expected) << text << " at " << x;
   Graph graph;
   const NodeId x = graph.variable(0), zero = graph.constant(0);
-  const NodeId guarded = graph.choose(x, zero, zero, graph.unary(Op::logarithm, x));
+  const NodeId guarded = graph.choose(x, zero, zero, graph.unary(Op::log, x));
   EXPECT_EQ(value_of(graph, guarded, {-1, 0, 0}), 0);  // what is not chosen does not matter
   EXPECT_EQ(value_of(graph, guarded, {1, 0, 0}), 0);
   EXPECT_TRUE(std::isnan(value_of(graph, guarded, {nan, 0, 0})));
@@ -156,7 +156,7 @@ TEST(ExpressionInterval, IsTightWhereItCanBe) {
 TEST(ExpressionInterval, ChoosesWhereTheConditionIsDecided) {
   Graph graph;
   const NodeId x = graph.variable(0), zero = graph.constant(0);
-  const NodeId f = graph.choose(x, zero, zero, graph.unary(Op::logarithm, x));
+  const NodeId f = graph.choose(x, zero, zero, graph.unary(Op::log, x));
   const Interval below = bounds_of(graph, f, {Interval{-2, 0}, {}, {}}),
                  above = bounds_of(graph, f, {Interval{1, 2}, {}, {}}),
                  across = bounds_of(graph, f, {Interval{-1, 2}, {}, {}});

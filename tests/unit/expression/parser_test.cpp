@@ -213,11 +213,11 @@ TEST(ExpressionParser, IntegerExponentsBecomeIntegerPowers) {
   };
   expect("x^1024", Op::power_integer, 1024);
   expect("x^-1024", Op::power_integer, -1024);
-  expect("x^1025", Op::power, 0);
-  expect("x^-1025", Op::power, 0);
-  expect("x^2.5", Op::power, 0);
-  expect("x^y", Op::power, 0);
-  expect("x^0.5", Op::square_root, 0);
+  expect("x^1025", Op::pow, 0);
+  expect("x^-1025", Op::pow, 0);
+  expect("x^2.5", Op::pow, 0);
+  expect("x^y", Op::pow, 0);
+  expect("x^0.5", Op::sqrt, 0);
   expect("pow(x, 7)", Op::power_integer, 7);
   expect("x*x", Op::power_integer, 2);
   expect("x*x*x", Op::power_integer, 3);

@@ -61,31 +61,31 @@ class Statements {
   static double result_of(const std::string& word, const std::vector<double>& arguments) {
     static const std::map<std::string, Op> operations = {{"CONSTANT", Op::constant},
                                                          {"NEGATE", Op::negate},
-                                                         {"ABSOLUTE", Op::absolute},
+                                                         {"ABS", Op::abs},
                                                          {"SIGN", Op::sign},
                                                          {"FLOOR", Op::floor},
-                                                         {"SQUARE_ROOT", Op::square_root},
-                                                         {"EXPONENTIAL", Op::exponential},
-                                                         {"LOGARITHM", Op::logarithm},
-                                                         {"SINE", Op::sine},
-                                                         {"COSINE", Op::cosine},
-                                                         {"TANGENT", Op::tangent},
-                                                         {"ARCSINE", Op::arcsine},
-                                                         {"ARCCOSINE", Op::arccosine},
-                                                         {"ARCTANGENT", Op::arctangent},
-                                                         {"HYPERBOLIC_SINE", Op::hyperbolic_sine},
-                                                         {"HYPERBOLIC_COSINE", Op::hyperbolic_cosine},
-                                                         {"HYPERBOLIC_TANGENT", Op::hyperbolic_tangent},
+                                                         {"SQRT", Op::sqrt},
+                                                         {"EXP", Op::exp},
+                                                         {"LOG", Op::log},
+                                                         {"SIN", Op::sin},
+                                                         {"COS", Op::cos},
+                                                         {"TAN", Op::tan},
+                                                         {"ASIN", Op::asin},
+                                                         {"ACOS", Op::acos},
+                                                         {"ATAN", Op::atan},
+                                                         {"SINH", Op::sinh},
+                                                         {"COSH", Op::cosh},
+                                                         {"TANH", Op::tanh},
                                                          {"ADD", Op::add},
                                                          {"SUBTRACT", Op::subtract},
                                                          {"MULTIPLY", Op::multiply},
                                                          {"DIVIDE", Op::divide},
                                                          {"POWER_INTEGER", Op::power_integer},
-                                                         {"POWER", Op::power},
-                                                         {"ARCTANGENT2", Op::arctangent2},
-                                                         {"MINIMUM", Op::minimum},
-                                                         {"MAXIMUM", Op::maximum},
-                                                         {"MODULO", Op::modulo},
+                                                         {"POW", Op::pow},
+                                                         {"ATAN2", Op::atan2},
+                                                         {"MIN", Op::min},
+                                                         {"MAX", Op::max},
+                                                         {"MOD", Op::mod},
                                                          {"CHOOSE", Op::choose},
                                                          {"ADD_CONSTANT", Op::add},
                                                          {"INEXACT", Op::constant},
@@ -109,7 +109,7 @@ class Statements {
 };
 
 TEST(ExpressionSource, ComputesWhatTheGraphDoes) {
-  constexpr std::array jumping = {"FLOOR", "MODULO", "CHOOSE", "SIGN"};
+  constexpr std::array jumping = {"FLOOR", "MOD", "CHOOSE", "SIGN"};
   RandomTrees random(21);
   int compared = 0;
   for (int i = 0; i < 500; i++) {
@@ -145,22 +145,22 @@ TEST(ExpressionSource, IsWrittenAsTheKernelsExpect) {
   std::vector<std::string> names;
   const std::string text = device_source(graph, roots, "", names);
   EXPECT_EQ(text,
-            "    NUMBER n0 = OP_SINE(v0);\n"
+            "    NUMBER n0 = OP_SIN(v0);\n"
             "    NUMBER n1 = OP_POWER_INTEGER(n0, 3);\n"
             "    NUMBER n2 = OP_MULTIPLY_CONSTANT(n1, 2.5f);\n"
             "    NUMBER n3 = OP_ADD_CONSTANT(n2, -1.0f);\n"
             "    NUMBER n4 = OP_CONSTANT(7.0f);\n"
             "    NUMBER n5 = OP_CONSTANT(4.0f);\n"
-            "    NUMBER n6 = OP_ARCTANGENT2(v2, n5);\n"
+            "    NUMBER n6 = OP_ATAN2(v2, n5);\n"
             "    NUMBER n7 = OP_CONSTANT(8.0f);\n"
             "    NUMBER n8 = OP_SUBTRACT(n7, v0);\n"
             "    NUMBER n9 = OP_DIVIDE(n6, n8);\n"
             "    NUMBER n10 = OP_MULTIPLY_INEXACT(v1, 0.1f, -7.450581e-09f);\n"
             "    NUMBER n11 = OP_ADD_INEXACT(n10, 0.3f, -2.9802322e-08f);\n"
             "    NUMBER n12 = OP_INEXACT(0.7f, 5.9604645e-08f);\n"
-            "    NUMBER n13 = OP_POWER(v0, n12);\n");
+            "    NUMBER n13 = OP_POW(v0, n12);\n");
   EXPECT_EQ(names, (std::vector<std::string>{"n3", "v1", "n4", "n9", "n11", "n13"}));
-  EXPECT_EQ(device_source(graph, roots, "g_", names).substr(0, 32), "    NUMBER g_n0 = OP_SINE(v0);\n ");
+  EXPECT_EQ(device_source(graph, roots, "g_", names).substr(0, 31), "    NUMBER g_n0 = OP_SIN(v0);\n ");
   EXPECT_EQ(names[0], "g_n3");
 }
 

@@ -141,7 +141,7 @@ TEST(ExpressionTapes, NothingIsLeftOutThatMayBeUndefined) {
 TEST(ExpressionTapes, RegistersAreUsedAgain) {
   Graph graph;
   NodeId root = graph.variable(0);
-  for (int i = 0; i < 2000; i++) root = graph.unary(Op::sine, root);
+  for (int i = 0; i < 2000; i++) root = graph.unary(Op::sin, root);
   const Tape tape = make_tape(device_program(graph, root));
   EXPECT_EQ(tape.words[0], 2001u);
   EXPECT_EQ(tape.registers, 1);

@@ -20,26 +20,26 @@ struct Elementary {
                                                                                                       high           \
   }
 
-const Elementary kElementary[] = {
-    ELEMENTARY(sine, std::sin, SINE_ERROR, -FUNCTION_TRIG_LIMIT, FUNCTION_TRIG_LIMIT),
-    ELEMENTARY(cosine, std::cos, COSINE_ERROR, -FUNCTION_TRIG_LIMIT, FUNCTION_TRIG_LIMIT),
-    ELEMENTARY(tangent, std::tan, TANGENT_ERROR, -FUNCTION_TRIG_LIMIT, FUNCTION_TRIG_LIMIT),
-    ELEMENTARY(exponential, std::exp, EXPONENTIAL_ERROR, -kMost, 88.7),
-    ELEMENTARY(logarithm, std::log, LOGARITHM_ERROR, NORMAL_REAL, kMost),
-    ELEMENTARY(arctangent, std::atan, ARCTANGENT_ERROR, -kMost, kMost),
-    ELEMENTARY(arcsine, std::asin, ARCSINE_ERROR, -1.0, 1.0),
-    ELEMENTARY(arccosine, std::acos, ARCCOSINE_ERROR, -1.0, 1.0),
-    ELEMENTARY(hyperbolic_sine, std::sinh, HYPERBOLIC_SINE_ERROR, -89.4, 89.4),
-    ELEMENTARY(hyperbolic_cosine, std::cosh, HYPERBOLIC_COSINE_ERROR, -89.4, 89.4),
-    ELEMENTARY(hyperbolic_tangent, std::tanh, HYPERBOLIC_TANGENT_ERROR, -kMost, kMost),
-    ELEMENTARY(square_root, std::sqrt, SQUARE_ROOT_ERROR, NORMAL_REAL, kMost),
-    ELEMENTARY(floor, std::floor, 0.0, -kMost, kMost),
+const Elementary elementary[] = {
+    ELEMENTARY(sin, std::sin, SIN_ERROR, -FUNCTION_TRIG_LIMIT, FUNCTION_TRIG_LIMIT),
+    ELEMENTARY(cos, std::cos, COS_ERROR, -FUNCTION_TRIG_LIMIT, FUNCTION_TRIG_LIMIT),
+    ELEMENTARY(tan, std::tan, TAN_ERROR, -FUNCTION_TRIG_LIMIT, FUNCTION_TRIG_LIMIT),
+    ELEMENTARY(exp, std::exp, EXP_ERROR, -most, 88.7),
+    ELEMENTARY(log, std::log, LOG_ERROR, NORMAL_REAL, most),
+    ELEMENTARY(atan, std::atan, ATAN_ERROR, -most, most),
+    ELEMENTARY(asin, std::asin, ASIN_ERROR, -1.0, 1.0),
+    ELEMENTARY(acos, std::acos, ACOS_ERROR, -1.0, 1.0),
+    ELEMENTARY(sinh, std::sinh, SINH_ERROR, -89.4, 89.4),
+    ELEMENTARY(cosh, std::cosh, COSH_ERROR, -89.4, 89.4),
+    ELEMENTARY(tanh, std::tanh, TANH_ERROR, -most, most),
+    ELEMENTARY(sqrt, std::sqrt, SQRT_ERROR, NORMAL_REAL, most),
+    ELEMENTARY(floor, std::floor, 0.0, -most, most),
 };
 
 // The part of an error that is not absolute, in units of ROUNDING.
 double relative_error(double computed, double exact) {
-  const double beyond = std::fabs(computed - exact) - kTiny;
-  return beyond <= 0 ? 0.0 : beyond / (std::fabs(exact) * kRounding);
+  const double beyond = std::fabs(computed - exact) - tiny;
+  return beyond <= 0 ? 0.0 : beyond / (std::fabs(exact) * rounding);
 }
 
 struct Worst {
@@ -51,7 +51,7 @@ struct Worst {
 
 TEST(KernelFunctions, KeepTheirStatedErrors) {
   const std::uint64_t stride = std::max(1, 3001 / density());
-  for (const Elementary& function : kElementary) {
+  for (const Elementary& function : elementary) {
     Worst worst;
     for (const bool flushed : {false, true}) {
       const Flushing flushing(flushed);
@@ -80,14 +80,14 @@ TEST(KernelFunctions, TrigonometryHoldsNextToItsZeros) {
     x = std::nextafter(std::nextafter(x, -1e9f), -1e9f);
     for (int step = 0; step < 5; step++, x = std::nextafter(x, 1e9f)) {
       if (std::fabs(x) > FUNCTION_TRIG_LIMIT || std::fabs(x) < NORMAL_REAL) continue;
-      sine.see(relative_error(::separate::function_sine(x), std::sin(double{x})), x);
-      cosine.see(relative_error(::separate::function_cosine(x), std::cos(double{x})), x);
-      tangent.see(relative_error(::separate::function_tangent(x), std::tan(double{x})), x);
+      sine.see(relative_error(::separate::function_sin(x), std::sin(double{x})), x);
+      cosine.see(relative_error(::separate::function_cos(x), std::cos(double{x})), x);
+      tangent.see(relative_error(::separate::function_tan(x), std::tan(double{x})), x);
     }
   }
-  EXPECT_LE(sine.error, SINE_ERROR) << sine.at;
-  EXPECT_LE(cosine.error, COSINE_ERROR) << cosine.at;
-  EXPECT_LE(tangent.error, TANGENT_ERROR) << tangent.at;
+  EXPECT_LE(sine.error, SIN_ERROR) << sine.at;
+  EXPECT_LE(cosine.error, COS_ERROR) << cosine.at;
+  EXPECT_LE(tangent.error, TAN_ERROR) << tangent.at;
 }
 
 TEST(KernelFunctions, PowersAndAnglesKeepTheirStatedErrors) {
@@ -97,13 +97,13 @@ TEST(KernelFunctions, PowersAndAnglesKeepTheirStatedErrors) {
     const double spread = random.below(3) ? 3.0 : 120.0;
     const float x = static_cast<float>(random.sized(-spread, spread)),
                 y = static_cast<float>(random.sized(-spread, spread));
-    angle.see(relative_error(::separate::function_arctangent2(y, x), std::atan2(double{y}, double{x})), x);
-    angle.see(relative_error(::fused::function_arctangent2(y, x), std::atan2(double{y}, double{x})), x);
+    angle.see(relative_error(::separate::function_atan2(y, x), std::atan2(double{y}, double{x})), x);
+    angle.see(relative_error(::fused::function_atan2(y, x), std::atan2(double{y}, double{x})), x);
     const float base = std::fabs(x), exponent = static_cast<float>(random.uniform(-4, 4));
     const double exact = std::pow(double{base}, double{exponent});
     if (exact < 3e38 && exact > 2e-38) {
-      const double stated = POWER_ERROR + POWER_ERROR_SLOPE * std::fabs(exponent * std::log(double{base}));
-      power.see(relative_error(::separate::function_power(base, exponent), exact) / stated, base);
+      const double stated = POW_ERROR + POWER_ERROR_SLOPE * std::fabs(exponent * std::log(double{base}));
+      power.see(relative_error(::separate::function_pow(base, exponent), exact) / stated, base);
     }
     const int n = random.below(9);
     const double exact_whole = std::pow(double{x}, n);
@@ -111,7 +111,7 @@ TEST(KernelFunctions, PowersAndAnglesKeepTheirStatedErrors) {
       whole.see(relative_error(::separate::function_power_integer(x, n), exact_whole) / std::max(1, n - 1), x);
     }
   }
-  EXPECT_LE(angle.error, ARCTANGENT2_ERROR) << angle.at;
+  EXPECT_LE(angle.error, ATAN2_ERROR) << angle.at;
   EXPECT_LE(power.error, 1.0) << power.at;
   EXPECT_LE(whole.error, 1.001) << whole.at;
   if (density() > 1)
@@ -122,33 +122,33 @@ TEST(KernelFunctions, PowersAndAnglesKeepTheirStatedErrors) {
 TEST(KernelFunctions, CheckedFunctionsSayWhatIsNotDefined) {
   using namespace ::separate;
   for (const float x : {checked_divide(1, 0),
-                        checked_square_root(-1),
-                        checked_logarithm(0),
-                        checked_logarithm(-1),
-                        checked_arcsine(1.5f),
-                        checked_arccosine(-1.5f),
-                        checked_power(-1, 2),
-                        checked_power(0, 0),
+                        checked_sqrt(-1),
+                        checked_log(0),
+                        checked_log(-1),
+                        checked_asin(1.5f),
+                        checked_acos(-1.5f),
+                        checked_pow(-1, 2),
+                        checked_pow(0, 0),
                         checked_power_integer(0, -1),
-                        checked_modulo(1, 0),
-                        checked_sine(9000),
-                        checked_minimum(not_a_number(), 1),
+                        checked_mod(1, 0),
+                        checked_sin(9000),
+                        checked_min(not_a_number(), 1),
                         checked_choose(1, not_a_number(), 2, 3),
-                        checked_arctangent2(not_a_number(), 1),
+                        checked_atan2(not_a_number(), 1),
                         function_floor(not_a_number()),
-                        function_exponential(not_a_number()),
-                        function_hyperbolic_sine(not_a_number()),
-                        function_hyperbolic_tangent(not_a_number()),
+                        function_exp(not_a_number()),
+                        function_sinh(not_a_number()),
+                        function_tanh(not_a_number()),
                         function_sign(not_a_number()),
-                        function_arctangent(not_a_number())}) {
+                        function_atan(not_a_number())}) {
     EXPECT_TRUE(std::isnan(x));
   }
-  EXPECT_EQ(checked_power(0, 2), 0);
-  EXPECT_EQ(checked_modulo(-0.25f, 1), 0.75f);
-  EXPECT_EQ(checked_modulo(5.5f, -2), -0.5f);
+  EXPECT_EQ(checked_pow(0, 2), 0);
+  EXPECT_EQ(checked_mod(-0.25f, 1), 0.75f);
+  EXPECT_EQ(checked_mod(5.5f, -2), -0.5f);
   EXPECT_EQ(checked_power_integer(-2, -3), -0.125f);
-  EXPECT_EQ(function_exponential(100), std::numeric_limits<float>::infinity());
-  EXPECT_EQ(function_exponential(-110), 0);
+  EXPECT_EQ(function_exp(100), std::numeric_limits<float>::infinity());
+  EXPECT_EQ(function_exp(-110), 0);
   EXPECT_EQ(function_floor(-0.5f), -1);
   EXPECT_EQ(function_floor(-3e38f), -3e38f);
 }

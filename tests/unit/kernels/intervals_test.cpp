@@ -32,9 +32,9 @@ TEST(KernelIntervals, AreTight) {
   };
   const auto expect = [](Interval a, double low, double high) {
     EXPECT_TRUE(a.defined);
-    EXPECT_LE(std::fabs(a.low - low), 40 * kRounding * std::fabs(low) + 2 * kTiny)
+    EXPECT_LE(std::fabs(a.low - low), 40 * rounding * std::fabs(low) + 2 * tiny)
         << text(a) << " for " << low << " .. " << high;
-    EXPECT_LE(std::fabs(a.high - high), 40 * kRounding * std::fabs(high) + 2 * kTiny)
+    EXPECT_LE(std::fabs(a.high - high), 40 * rounding * std::fabs(high) + 2 * tiny)
         << text(a) << " for " << low << " .. " << high;
   };
   expect(interval_square(of(-2, 1)), 0, 4);
@@ -44,34 +44,34 @@ TEST(KernelIntervals, AreTight) {
   expect(interval_multiply(of(-2, 3), of(-5, 4)), -15, 12);
   expect(interval_divide(of(-2, 3), of(2, 4)), -1, 1.5);
   expect(interval_divide(of(-2, 3), of(-4, -2)), -1.5, 1);
-  expect(interval_sine(of(0, 3)), 0, 1);
-  expect(interval_sine(of(2, 2.5)), std::sin(2.5), std::sin(2.0));
-  expect(interval_cosine(of(3, 4)), -1, std::cos(4.0));
-  expect(interval_tangent(of(-1, 1)), -std::tan(1.0), std::tan(1.0));
-  expect(interval_power(of(0, 4), of(1.5, 1.5)), 0, 8);
-  expect(interval_arctangent2(of(-1, 1), of(1, 2)), -std::atan(1.0), std::atan(1.0));
-  expect(interval_arctangent2(of(1, 2), of(-1, 1)), std::atan(1.0), 3 * std::atan(1.0));
-  expect(interval_square_root(interval_add(interval_square(of(0, 3)), interval_square(of(-4, 4)))), 0, 5);
-  expect(interval_modulo(of(7.25, 7.5), of(2, 2)), 1.25, 1.5);
-  expect(interval_modulo(of(7.25, 8.5), of(2, 2)), 0, 2);
-  expect(interval_absolute(of(-3, 2)), 0, 3);
+  expect(interval_sin(of(0, 3)), 0, 1);
+  expect(interval_sin(of(2, 2.5)), std::sin(2.5), std::sin(2.0));
+  expect(interval_cos(of(3, 4)), -1, std::cos(4.0));
+  expect(interval_tan(of(-1, 1)), -std::tan(1.0), std::tan(1.0));
+  expect(interval_pow(of(0, 4), of(1.5, 1.5)), 0, 8);
+  expect(interval_atan2(of(-1, 1), of(1, 2)), -std::atan(1.0), std::atan(1.0));
+  expect(interval_atan2(of(1, 2), of(-1, 1)), std::atan(1.0), 3 * std::atan(1.0));
+  expect(interval_sqrt(interval_add(interval_square(of(0, 3)), interval_square(of(-4, 4)))), 0, 5);
+  expect(interval_mod(of(7.25, 7.5), of(2, 2)), 1.25, 1.5);
+  expect(interval_mod(of(7.25, 8.5), of(2, 2)), 0, 2);
+  expect(interval_abs(of(-3, 2)), 0, 3);
   expect(interval_choose(of(1, 2), of(2, 3), of(5, 6), of(9, 9)), 5, 6);
   EXPECT_FALSE(interval_divide(of(1, 2), of(-1, 1)).defined);
-  EXPECT_FALSE(interval_tangent(of(1, 2)).defined);
-  EXPECT_FALSE(interval_logarithm(of(0, 2)).defined);
-  EXPECT_FALSE(interval_arcsine(of(0, 1.1)).defined);
+  EXPECT_FALSE(interval_tan(of(1, 2)).defined);
+  EXPECT_FALSE(interval_log(of(0, 2)).defined);
+  EXPECT_FALSE(interval_asin(of(0, 1.1)).defined);
 }
 
 // ---- Slopes.
 
-#define PREFIX(name) ::separate::dual_##name
-std::vector<Operation<::separate::Dual>> dual_operations() {
-  using I = ::separate::Dual;
+#define PREFIX(name) ::separate::interval_dual_##name
+std::vector<Operation<::separate::IntervalDual>> interval_dual_operations() {
+  using I = ::separate::IntervalDual;
   return {OPERATIONS};
 }
 #undef PREFIX
 
-// Rounded to 12 bits.
+// Bounded to 12 bits.
 double few_bits(double x) {
   const double split = x * ((1ll << 41) + 1);
   return split - (split - x);
@@ -81,14 +81,14 @@ double few_bits(double x) {
 TEST(KernelDuals, SlopesContainDifferenceQuotients) {
   using namespace ::separate;
   for (const bool flushed : {false, true}) {
-    for (const auto& operation : dual_operations()) {
+    for (const auto& operation : interval_dual_operations()) {
       Random random(11);
       int failures = 0, with_slope = 0;
       for (int i = 0; i < 5000 * density() && failures < 3; i++) {
         const double extent = std::ldexp(1.0, random.below(26) - 20);
         double start[4], rise[4];
-        Dual lines[4];
-        Dual result;
+        IntervalDual lines[4];
+        IntervalDual result;
         {
           for (int k = 0; k < 4; k++) {
             const bool ordinary = random.below(3) > 0;
@@ -104,7 +104,7 @@ TEST(KernelDuals, SlopesContainDifferenceQuotients) {
             const double end = start[k] + rise[k] * extent;
             const float low = std::nextafter(static_cast<float>(std::min(start[k], end)), -HUGE_REAL);
             const float high = std::nextafter(static_cast<float>(std::max(start[k], end)), HUGE_REAL);
-            lines[k] = dual_make(interval_make(low, high), interval_point(static_cast<float>(rise[k])));
+            lines[k] = interval_dual_make(interval_make(low, high), interval_point(static_cast<float>(rise[k])));
           }
           result = operation.enclose(lines[0], lines[1], lines[2], lines[3]);
         }
@@ -147,25 +147,28 @@ TEST(KernelDuals, SlopesContainDifferenceQuotients) {
 
 TEST(KernelDuals, SayWhereTheyAreNotSmooth) {
   using namespace ::separate;
-  const auto line = [](float low, float high) { return dual_make(interval_make(low, high), interval_point(2)); };
-  EXPECT_TRUE(dual_absolute(line(1, 2)).smooth_here);
-  const Dual crease = dual_absolute(line(-1, 2));
+  const auto line = [](float low, float high) {
+    return interval_dual_make(interval_make(low, high), interval_point(2));
+  };
+  EXPECT_TRUE(interval_dual_abs(line(1, 2)).smooth_here);
+  const IntervalDual crease = interval_dual_abs(line(-1, 2));
   EXPECT_FALSE(crease.smooth_here);
   EXPECT_TRUE(crease.slope.defined);
   EXPECT_EQ(crease.slope.low, -2);
   EXPECT_EQ(crease.slope.high, 2);
-  EXPECT_FALSE(dual_minimum(line(1, 3), line(2, 4)).smooth_here);
-  EXPECT_TRUE(dual_minimum(line(1, 3), line(3, 4)).smooth_here);
-  EXPECT_TRUE(dual_floor(line(1.25f, 1.75f)).slope.defined);
-  for (const Dual& jump :
-       {dual_floor(line(0.5f, 1.5f)), dual_sign(line(-1, 1)), dual_modulo(line(0.5f, 1.5f), dual_constant(1)),
-        dual_choose(line(0, 2), dual_constant(1), dual_constant(4), dual_constant(5))}) {
+  EXPECT_FALSE(interval_dual_min(line(1, 3), line(2, 4)).smooth_here);
+  EXPECT_TRUE(interval_dual_min(line(1, 3), line(3, 4)).smooth_here);
+  EXPECT_TRUE(interval_dual_floor(line(1.25f, 1.75f)).slope.defined);
+  for (const IntervalDual& jump : {interval_dual_floor(line(0.5f, 1.5f)), interval_dual_sign(line(-1, 1)),
+                                   interval_dual_mod(line(0.5f, 1.5f), interval_dual_constant(1)),
+                                   interval_dual_choose(line(0, 2), interval_dual_constant(1),
+                                                        interval_dual_constant(4), interval_dual_constant(5))}) {
     EXPECT_FALSE(jump.smooth_here);
     EXPECT_FALSE(jump.slope.defined);
     EXPECT_TRUE(jump.value.defined);
   }
-  EXPECT_FALSE(dual_square_root(line(0, 1)).slope.defined);
-  EXPECT_TRUE(dual_square_root(line(0, 1)).value.defined);
+  EXPECT_FALSE(interval_dual_sqrt(line(0, 1)).slope.defined);
+  EXPECT_TRUE(interval_dual_sqrt(line(0, 1)).value.defined);
 }
 
 }  // namespace

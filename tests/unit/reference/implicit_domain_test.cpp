@@ -69,7 +69,7 @@ TEST(ImplicitReference, FarOriginsAndLengthsOfDirections) {
 }
 
 TEST(ImplicitReference, TheBox) {
-  const ImplicitDomain domain{dvec3(-1, -2, 0), dvec3(3, 1, 0.5), 0};
+  const Domain domain{dvec3(-1, -2, 0), dvec3(3, 1, 0.5), 0};
   expect_roots(hits_of("sin(pi*x)", {dvec3(-5.25, 0, 0.25), x_axis}, {dvec3(-0.5, -2, 0), dvec3(2.5, 1, 0.5), 0}),
                {5.25, 6.25, 7.25}, 1e-12);
   EXPECT_TRUE(hits_of("x", {dvec3(-5, 1.001, 0.25), x_axis}, domain).empty());  // beside it
@@ -78,14 +78,14 @@ TEST(ImplicitReference, TheBox) {
   expect_roots(hits_of("x", {dvec3(-5, 0, 0), dvec3(1, 1e-18, 0)}, domain), {5}, 1e-12);
   EXPECT_TRUE(hits_of("x-3.001", {dvec3(-5, 0, 0.25), x_axis}, domain).empty());
   // No thickness.
-  const ImplicitDomain sheet{dvec3(-1, -1, 0), dvec3(1, 1, 0), 0};
+  const Domain sheet{dvec3(-1, -1, 0), dvec3(1, 1, 0), 0};
   expect_roots(hits_of("x^2+z-0.25", {dvec3(-2, 0.1, 0), x_axis}, sheet), {1.5, 2.5}, 1e-12);
   EXPECT_TRUE(hits_of("x^2+z-0.25", {dvec3(0, 0, -1), dvec3(0, 0, 1)}, sheet).empty());
   EXPECT_EQ(hits_of("x^2+z-0.25", {dvec3(0.5, 0, -1), dvec3(0, 0, 1)}, sheet).size(), 1u);
 }
 
 TEST(ImplicitReference, TheBall) {
-  ImplicitDomain domain = box(1);
+  Domain domain = box(1);
   domain.radius = 1.25;  // cuts off the corners
   Uniform uniform(11);
   int in = 0, cut_off = 0;
@@ -115,7 +115,7 @@ TEST(ImplicitReference, TheBall) {
 // --- points -------------------------------------------------------------------------------------
 
 TEST(ImplicitReference, PointsOutsideOrUndefined) {
-  ImplicitDomain domain = box(1);
+  Domain domain = box(1);
   domain.radius = 1.25;
   const auto defined = [&](const std::string& text, const dvec3& point, bool value, bool frame) {
     const ReferencePoint p = measured(*surface_of(text, Side::out_of_smaller, domain), point);
@@ -151,7 +151,7 @@ TEST(ImplicitReference, PlanesAreUmbilic) {
 TEST(ImplicitReference, UpdatesShareTheFunction) {
   const auto surface = surface_of("x^2 + y^2 + z^2", Side::out_of_smaller, box(2), 1);
   const auto interrogation = surface->reference();
-  const auto& reference = dynamic_cast<const ReferenceInterrogation&>(*interrogation);
+  const auto& reference = dynamic_cast<const ReferenceQueries&>(*interrogation);
   EXPECT_GT(interrogation->device_bytes(), 0u);
   const auto roots = [&] {
     std::vector<ReferenceHit> hits;

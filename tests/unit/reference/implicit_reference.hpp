@@ -11,7 +11,7 @@
 
 #include "expression/parser.hpp"
 #include "reference/implicit/roots.hpp"
-#include "reference/interrogation.hpp"
+#include "reference/queries.hpp"
 #include "surfaces/implicit/definition.hpp"
 #include "unit/reference/reference_volumes.hpp"
 
@@ -30,9 +30,9 @@ inline std::shared_ptr<const ImplicitFunction> function_of(const std::string& te
   return differentiated(std::move(graph), value);
 }
 
-inline ImplicitDomain box(double half) { return {dvec3(-half), dvec3(half), 0}; }
+inline Domain box(double half) { return {dvec3(-half), dvec3(half), 0}; }
 
-inline FunctionRoots roots_for(const std::string& text, const ImplicitDomain& domain = box(2), double level = 0) {
+inline FunctionRoots roots_for(const std::string& text, const Domain& domain = box(2), double level = 0) {
   return FunctionRoots(function_of(text), domain, level);
 }
 
@@ -50,7 +50,7 @@ inline std::vector<ReferenceHit> hits_of(const FunctionRoots& roots, const Refer
 }
 
 inline std::vector<ReferenceHit> hits_of(const std::string& text, const ReferenceRay& ray,
-                                         const ImplicitDomain& domain = box(2), double level = 0) {
+                                         const Domain& domain = box(2), double level = 0) {
   return hits_of(roots_for(text, domain, level), ray);
 }
 
@@ -73,13 +73,13 @@ inline ReferenceRay random_ray(Uniform& uniform, double half) {
 }
 
 inline std::shared_ptr<const ImplicitSurface> surface_of(const std::string& text, Side side = Side::out_of_smaller,
-                                                         const ImplicitDomain& domain = box(2), double level = 0) {
+                                                         const Domain& domain = box(2), double level = 0) {
   return std::make_shared<const ImplicitSurface>("implicit", text, function_of(text), level, side, domain);
 }
 
 inline ReferencePoint measured(const ImplicitSurface& surface, const dvec3& point) {
   const auto interrogation = surface.reference();
-  return dynamic_cast<const ReferenceInterrogation&>(*interrogation).surface().measure(point);
+  return dynamic_cast<const ReferenceQueries&>(*interrogation).surface().measure(point);
 }
 
 // Of a sphere, and in `distance` how far the ray's nearest point is from it.

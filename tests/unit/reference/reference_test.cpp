@@ -11,7 +11,7 @@
 #include "reference/curvature.hpp"
 #include "reference/grid/field.hpp"
 #include "reference/grid/roots.hpp"
-#include "reference/interrogation.hpp"
+#include "reference/queries.hpp"
 #include "smurf/error.hpp"
 #include "surfaces/grid/definition.hpp"
 #include "unit/reference/reference_volumes.hpp"
@@ -334,7 +334,7 @@ std::shared_ptr<const GridIsosurface> sphere_model(double isovalue) {
   return std::make_shared<GridIsosurface>(volume, isovalue, GridOptions{});
 }
 
-TEST(ReferenceInterrogation, DoesNotDependOnTiles) {
+TEST(ReferenceQueries, DoesNotDependOnTiles) {
   const auto reference = sphere_model(0)->reference();
   const RayBatch rays = rays_at_sphere(1000);
   HitList whole, tiled, first;
@@ -362,7 +362,7 @@ TEST(ReferenceInterrogation, DoesNotDependOnTiles) {
   }
 }
 
-TEST(ReferenceInterrogation, MeasuresTheSphere) {
+TEST(ReferenceQueries, MeasuresTheSphere) {
   const auto reference = sphere_model(0)->reference();
   HitList hits;
   reference->cast(rays_at_sphere(200), {.hits = Hits::all}, hits);
@@ -395,7 +395,7 @@ TEST(ReferenceInterrogation, MeasuresTheSphere) {
   EXPECT_THROW(reference->measure({outside}, std::uint32_t(Property::normal_curvature), {}, nothing), Error);
 }
 
-TEST(ReferenceInterrogation, FlagsOrRefusesBadRays) {
+TEST(ReferenceQueries, FlagsOrRefusesBadRays) {
   const float inf = std::numeric_limits<float>::infinity();
   RayBatch rays = rays_at_sphere(10);
   const Ray good{.origin = {-2, 0, 0}, .direction = {1, 0, 0}};
@@ -425,7 +425,7 @@ TEST(ReferenceInterrogation, FlagsOrRefusesBadRays) {
   }
 }
 
-TEST(ReferenceInterrogation, TakesAnotherIsovalue) {
+TEST(ReferenceQueries, TakesAnotherIsovalue) {
   const auto reference = sphere_model(0)->reference();
   const std::size_t bytes = reference->device_bytes();
   reference->update(sphere_model(0.2));

@@ -16,20 +16,20 @@ struct PointSet {
   std::span<const glm::vec3> directions = {};            // none, or one per point: for normal curvature
 };
 
-class Interrogation {
+class SurfaceQueries {
  public:
-  virtual ~Interrogation() = default;
-  // Fills everything of the hit list but its interrogation_.
+  virtual ~SurfaceQueries() = default;
+  // Fills everything of the hit list but its queries_.
   virtual void cast(const RayBatch& rays, const CastOptions& options, HitList& hits) = 0;
   // Adds the columns in `wanted` to `out`, and the status.
   virtual void measure(const PointSet& points, std::uint32_t wanted, const ProbeOptions& options,
                        PointProperties& out) = 0;
-  virtual void update(const std::shared_ptr<const SurfaceModel>& model) = 0;
+  virtual void update(const std::shared_ptr<const SurfaceDefinition>& model) = 0;
   virtual std::size_t device_bytes() const = 0;
 };
 
-std::unique_ptr<Interrogation> interrogate_on_device(const Device& device,
-                                                     const std::shared_ptr<const SurfaceModel>& model,
-                                                     const PrepareOptions& options = {});
+std::unique_ptr<SurfaceQueries> interrogate_on_device(const Device& device,
+                                                      const std::shared_ptr<const SurfaceDefinition>& model,
+                                                      const PrepareOptions& options = {});
 
 }  // namespace smurf

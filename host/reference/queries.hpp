@@ -7,18 +7,18 @@
 #include <memory>
 
 #include "reference/surface.hpp"
-#include "surfaces/interrogation.hpp"
+#include "surfaces/queries.hpp"
 
 namespace smurf {
 
-class ReferenceInterrogation : public Interrogation {
+class ReferenceQueries : public SurfaceQueries {
  public:
-  explicit ReferenceInterrogation(std::shared_ptr<const ReferenceSurface> surface) : surface_(std::move(surface)) {}
+  explicit ReferenceQueries(std::shared_ptr<const ReferenceSurface> surface) : surface_(std::move(surface)) {}
 
   void cast(const RayBatch& rays, const CastOptions& options, HitList& hits) override;
   void measure(const PointSet& points, std::uint32_t wanted, const ProbeOptions& options,
                PointProperties& out) override;
-  void update(const std::shared_ptr<const SurfaceModel>& model) override;
+  void update(const std::shared_ptr<const SurfaceDefinition>& model) override;
   std::size_t device_bytes() const override { return surface_->bytes(); }
 
   const ReferenceSurface& surface() const { return *surface_; }

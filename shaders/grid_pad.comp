@@ -4,10 +4,10 @@
 layout(local_size_x = GROUP) in;
 
 layout(push_constant) uniform Arguments {
-  Buffer parameters, from, to;
+  Buffer uniforms, from, to;
   int count;
 };
 
 void main() {
-  grid_surround_samples(grid_open(parameters, from), from, to, lane_items(item_index()), count);
+  grid_pad_samples(grid_open(uniforms, from), from, to, lane_items(item_index()), count);
 }

@@ -1,4 +1,4 @@
-#include "reference/interrogation.hpp"
+#include "reference/queries.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -46,7 +46,7 @@ const char* fault_of(const Ray& ray) {
   return nullptr;
 }
 
-void ReferenceInterrogation::cast(const RayBatch& rays, const CastOptions& options, HitList& hits) {
+void ReferenceQueries::cast(const RayBatch& rays, const CastOptions& options, HitList& hits) {
   hits.ray_status_.assign(rays.size(), RayStatus::ok);
   for (std::size_t i = 0; i < rays.size(); i++) {
     const char* fault = fault_of(rays[i]);
@@ -96,8 +96,8 @@ void ReferenceInterrogation::cast(const RayBatch& rays, const CastOptions& optio
     measure({hits.locations_, hits.coordinates_, {}}, options.properties, {}, hits.properties_);
 }
 
-void ReferenceInterrogation::measure(const PointSet& set, std::uint32_t wanted, const ProbeOptions& options,
-                                     PointProperties& out) {
+void ReferenceQueries::measure(const PointSet& set, std::uint32_t wanted, const ProbeOptions& options,
+                               PointProperties& out) {
   const std::span<const glm::vec3> points = set.locations, directions = set.directions;
   if (contains(wanted, Property::normal_curvature) && directions.size() != points.size()) {
     throw Error(ErrorCode::usage, "normal curvature needs one direction per point: there are " +
@@ -154,11 +154,11 @@ void ReferenceInterrogation::measure(const PointSet& set, std::uint32_t wanted, 
   out.measured |= wanted;
 }
 
-void ReferenceInterrogation::update(const std::shared_ptr<const SurfaceModel>& model) {
+void ReferenceQueries::update(const std::shared_ptr<const SurfaceDefinition>& model) {
   std::shared_ptr<const ReferenceSurface> next = surface_->updated(*model);
   if (!next) {
-    const std::unique_ptr<Interrogation> fresh = model->reference();
-    next = dynamic_cast<ReferenceInterrogation&>(*fresh).surface_;
+    const std::unique_ptr<SurfaceQueries> fresh = model->reference();
+    next = dynamic_cast<ReferenceQueries&>(*fresh).surface_;
   }
   surface_ = std::move(next);
 }
