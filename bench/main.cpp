@@ -1,8 +1,10 @@
-// smurf-bench: the workloads of `smurf bench` under Google Benchmark, on every device and lane count, beside the peers that
-// were found at configuration. Its options are Google Benchmark's, for instance --benchmark_filter=W1 --benchmark_out=FILE.
+// smurf-bench: the workloads of `smurf bench` under Google Benchmark, on every device and lane count, beside the peers
+// that were found at configuration. Its options are Google Benchmark's, for instance --benchmark_filter=W1
+// --benchmark_out=FILE.
 //
-// A benchmark's name is workload/size/who. A repetition is as many whole calls in a row as take a tenth of a second, one at least: calls of a few
-// milliseconds that stand alone tell of sleeping cores. The median of the repetitions counts.
+// A benchmark's name is workload/size/who. A repetition is as many whole calls in a row as take a tenth of a second,
+// one at least: calls of a few milliseconds that stand alone tell of sleeping cores. The median of the repetitions
+// counts.
 // What is set up for one benchmark (device, surface, answers of the reference) is kept until the next one begins.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
@@ -169,8 +171,8 @@ void trace(EmbreeTurn& turn, Trace how, const RayBatch& rays) {
   }
 }
 
-// How far Embree's answers are from `truth`, which has the hits of the rays that `rays` numbers: rays with another number of hits,
-// or a first hit off by over a voxel.
+// How far Embree's answers are from `truth`, which has the hits of the rays that `rays` numbers: rays with another
+// number of hits, or a first hit off by over a voxel.
 Counters compare(const EmbreeTurn& turn, Trace how, const HitList& truth, const std::vector<std::size_t>& rays,
                  double voxel, const std::string& prefix = "") {
   std::size_t other_count = 0, off = 0;
@@ -240,8 +242,8 @@ void add_embree_on_isosurface(const Workload& workload, int size) {
   add_embree_for(workload, size, mesh, check, false);
 }
 
-// The same triangles in Embree's robust mode, which may not miss at edges either. Its answers stand beside the reference's on the sample, and on all
-// rays beside smurf's on a processor.
+// The same triangles in Embree's robust mode, which may not miss at edges either. Its answers stand beside the
+// reference's on the sample, and on all rays beside smurf's on a processor.
 void add_embree_on_mesh(const Workload& workload, int size) {
   auto mesh = [=] { return triangles_of(workload.mesh()); };
   auto check = [=](const EmbreeTurn& turn, Trace how) {
@@ -271,9 +273,9 @@ void add_calibration() {
 }
 #endif
 
-// W6: normals, principal curvatures and directions at all vertices of the bunny or what stands for it, and of a generated mesh eight
-// times as large, host tables included. Differences are told relative to the greater principal curvature, from the reference's jets:
-// another estimate, not the truth.
+// W6: normals, principal curvatures and directions at all vertices of the bunny or what stands for it, and of a
+// generated mesh eight times as large, host tables included. Differences are told relative to the greater principal
+// curvature, from the reference's jets: another estimate, not the truth.
 PointProperties ask_vertices(const Device& device, const Mesh& mesh) {
   return vertex_properties(device, mesh, Property::normal | Property::principal | Property::directions);
 }

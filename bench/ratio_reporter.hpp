@@ -1,5 +1,5 @@
-// Passes results on to Google Benchmark's own reporter, of the statistics only the median, and prints at the end how the rates of one
-// workload relate: each smurf configuration to each peer measured in the same run.
+// Passes results on to Google Benchmark's own reporter, of the statistics only the median, and prints at the end how
+// the rates of one workload relate: each smurf configuration to each peer measured in the same run.
 #pragma once
 
 #include <benchmark/benchmark.h>

@@ -130,10 +130,12 @@ static inline int lane_bits(mask m) {
 #define lane_integers_of(v, i) (v)
 #else
 #define lanes_of(list) JOIN(vload, LANES)(0, list)
-#if LANES == 16 && defined(__AVX512F__) && HAS_BUILTIN(__builtin_ia32_permvarsf512) && HAS_BUILTIN(__builtin_ia32_permvarsi512)
+#if LANES == 16 && defined(__AVX512F__) && HAS_BUILTIN(__builtin_ia32_permvarsf512) && \
+    HAS_BUILTIN(__builtin_ia32_permvarsi512)
 #define lane_reals_of(v, i) __builtin_ia32_permvarsf512(v, i)
 #define lane_integers_of(v, i) __builtin_ia32_permvarsi512(v, i)
-#elif LANES == 8 && defined(__AVX2__) && HAS_BUILTIN(__builtin_ia32_permvarsf256) && HAS_BUILTIN(__builtin_ia32_permvarsi256)
+#elif LANES == 8 && defined(__AVX2__) && HAS_BUILTIN(__builtin_ia32_permvarsf256) && \
+    HAS_BUILTIN(__builtin_ia32_permvarsi256)
 #define lane_reals_of(v, i) __builtin_ia32_permvarsf256(v, i)
 #define lane_integers_of(v, i) __builtin_ia32_permvarsi256(v, i)
 #else
@@ -149,16 +151,20 @@ static inline integer lane_integers_of(integer v, integer i) {
 }
 #endif
 #endif
-// Puts the values of the lanes whose bits are set into a list, one after the other from place `at` on; LANES places are written.
+// Puts the values of the lanes whose bits are set into a list, one after the other from place `at` on; LANES places are
+// written.
 #if LANES == 1
 #define pack_integers(list, at, v, bits) ((list)[at] = (v))
 #define pack_reals(list, at, v, bits) ((list)[at] = (v))
-#elif LANES == 16 && defined(__AVX512F__) && HAS_BUILTIN(__builtin_ia32_compresssi512_mask) && HAS_BUILTIN(__builtin_ia32_compresssf512_mask)
+#elif LANES == 16 && defined(__AVX512F__) && HAS_BUILTIN(__builtin_ia32_compresssi512_mask) && \
+    HAS_BUILTIN(__builtin_ia32_compresssf512_mask)
 // vstore16 would take the vector apart.
 typedef int16 UnalignedIntegers __attribute__((aligned(4)));
 typedef float16 UnalignedReals __attribute__((aligned(4)));
-#define pack_integers(list, at, v, bits) (*(UnalignedIntegers*)((list) + (at)) = __builtin_ia32_compresssi512_mask(v, (int16)(0), (ushort)(bits)))
-#define pack_reals(list, at, v, bits) (*(UnalignedReals*)((list) + (at)) = __builtin_ia32_compresssf512_mask(v, (float16)(0), (ushort)(bits)))
+#define pack_integers(list, at, v, bits) \
+  (*(UnalignedIntegers*)((list) + (at)) = __builtin_ia32_compresssi512_mask(v, (int16)(0), (ushort)(bits)))
+#define pack_reals(list, at, v, bits) \
+  (*(UnalignedReals*)((list) + (at)) = __builtin_ia32_compresssf512_mask(v, (float16)(0), (ushort)(bits)))
 #else
 static inline void pack_integers(int* list, int at, integer v, int bits) {
   for (; bits != 0; bits &= bits - 1) list[at++] = lane_integer(v, 31 - (int)clz(bits & -bits));
@@ -180,7 +186,9 @@ static inline void pack_reals(float* list, int at, real v, int bits) {
 
 #define FN static inline __attribute__((always_inline))
 #define FN_SHARED static __attribute__((noinline))  // long, and called from many places: compiled once
-#define STRUCT(name) typedef struct name name; struct name
+#define STRUCT(name)        \
+  typedef struct name name; \
+  struct name
 #define UNROLL _Pragma("unroll")
 #define WORK_GROUP __attribute__((reqd_work_group_size(GROUP, 1, 1)))
 
@@ -224,8 +232,8 @@ FN real sum_error(real a, real b, real s) {
 #define load_ahead(b, i)
 #endif
 
-// A gather over lanes. Where the compiler offers the processor's own instruction it is asked for by name: spelled out, sixteen loads a
-// gather cost the optimizer most of a program's compile time.
+// A gather over lanes. Where the compiler offers the processor's own instruction it is asked for by name: spelled out,
+// sixteen loads a gather cost the optimizer most of a program's compile time.
 #if LANES == 1
 #define GATHER(b, i) (b)[i]
 #elif LANES == 16 && defined(__AVX512F__) && HAS_BUILTIN(__builtin_ia32_gathersiv16si)
@@ -237,17 +245,19 @@ FN real sum_error(real a, real b, real s) {
 #elif LANES == 4
 #define GATHER(b, i) (uint4)((b)[(i).s0], (b)[(i).s1], (b)[(i).s2], (b)[(i).s3])
 #elif LANES == 8
-#define GATHER(b, i) (uint8)((b)[(i).s0], (b)[(i).s1], (b)[(i).s2], (b)[(i).s3], (b)[(i).s4], (b)[(i).s5], (b)[(i).s6], (b)[(i).s7])
+#define GATHER(b, i) \
+  (uint8)((b)[(i).s0], (b)[(i).s1], (b)[(i).s2], (b)[(i).s3], (b)[(i).s4], (b)[(i).s5], (b)[(i).s6], (b)[(i).s7])
 #elif LANES == 16
-#define GATHER(b, i) (uint16)((b)[(i).s0], (b)[(i).s1], (b)[(i).s2], (b)[(i).s3], (b)[(i).s4], (b)[(i).s5], (b)[(i).s6], (b)[(i).s7], \
-    (b)[(i).s8], (b)[(i).s9], (b)[(i).sa], (b)[(i).sb], (b)[(i).sc], (b)[(i).sd], (b)[(i).se], (b)[(i).sf])
+#define GATHER(b, i)                                                                                               \
+  (uint16)((b)[(i).s0], (b)[(i).s1], (b)[(i).s2], (b)[(i).s3], (b)[(i).s4], (b)[(i).s5], (b)[(i).s6], (b)[(i).s7], \
+           (b)[(i).s8], (b)[(i).s9], (b)[(i).sa], (b)[(i).sb], (b)[(i).sc], (b)[(i).sd], (b)[(i).se], (b)[(i).sf])
 #endif
 FN word load_word(Buffer b, integer i) { return GATHER(b, i); }
 FN integer load_integer(Buffer b, integer i) { return to_signed(load_word(b, i)); }
 FN real load_real(Buffer b, integer i) { return as_real(load_word(b, i)); }
 
-// Four consecutive reals on each lane, from start + i on, or from where table[at + lane] says, a multiple of four, and up to three more, which do not
-// count. Whole rows and a transposition cost a quarter of four gathers.
+// Four consecutive reals on each lane, from start + i on, or from where table[at + lane] says, a multiple of four, and
+// up to three more, which do not count. Whole rows and a transposition cost a quarter of four gathers.
 STRUCT(Row) { real at[4]; };
 #if LANES == 1
 FN Row load_row(Buffer b, int start, integer i) {
@@ -262,7 +272,8 @@ FN Row load_row(Buffer b, int start, integer i) {
 FN Row load_listed_row(Buffer b, Buffer table, int at) { return load_row(b, 0, (int)(table[at] & ~3u)); }
 #elif HAS_BUILTIN(__builtin_shufflevector)
 #define ROW_TRANSPOSED 1
-// Places are read one by one, which volatile asks for: clang otherwise gathers some of them, or keeps them in a vector, and takes that apart again.
+// Places are read one by one, which volatile asks for: clang otherwise gathers some of them, or keeps them in a vector,
+// and takes that apart again.
 #define ROW_AT(lane) vload4(0, reals + ((volatile int*)places)[0x##lane])
 #define ROW_TO(lane, v) vstore4(v, 0, reals + i.s##lane)
 #define ROW_LISTED(lane) vload4(0, reals + (((volatile __global uint*)table)[at + 0x##lane] & ~3u))
@@ -281,17 +292,21 @@ FN Row load_listed_row(Buffer b, Buffer table, int at) { return load_row(b, 0, (
 #define ROW_GROUPS(AT, n, m) (real)(AT(n), AT(m))
 #define ROW_ALL(AT) ROW_GROUPS(AT, 0, 4), ROW_GROUPS(AT, 1, 5), ROW_GROUPS(AT, 2, 6), ROW_GROUPS(AT, 3, 7)
 #define ROW_GROUPS_TO(n, m, r) ROW_TO(n, (r).lo), ROW_TO(m, (r).hi)
-#define ROW_STORE(r) ROW_GROUPS_TO(0, 4, r[0]), ROW_GROUPS_TO(1, 5, r[1]), ROW_GROUPS_TO(2, 6, r[2]), ROW_GROUPS_TO(3, 7, r[3])
+#define ROW_STORE(r) \
+  ROW_GROUPS_TO(0, 4, r[0]), ROW_GROUPS_TO(1, 5, r[1]), ROW_GROUPS_TO(2, 6, r[2]), ROW_GROUPS_TO(3, 7, r[3])
 #elif LANES == 16
 #define ROW_LOW 0, 16, 1, 17, 4, 20, 5, 21, 8, 24, 9, 25, 12, 28, 13, 29
 #define ROW_HIGH 2, 18, 3, 19, 6, 22, 7, 23, 10, 26, 11, 27, 14, 30, 15, 31
 #define ROW_FRONT 0, 1, 16, 17, 4, 5, 20, 21, 8, 9, 24, 25, 12, 13, 28, 29
 #define ROW_BACK 2, 3, 18, 19, 6, 7, 22, 23, 10, 11, 26, 27, 14, 15, 30, 31
 #define ROW_GROUPS(AT, n, m, o, p) (real)((float8)(AT(n), AT(m)), (float8)(AT(o), AT(p)))
-#define ROW_ALL(AT) ROW_GROUPS(AT, 0, 4, 8, c), ROW_GROUPS(AT, 1, 5, 9, d), ROW_GROUPS(AT, 2, 6, a, e), ROW_GROUPS(AT, 3, 7, b, f)
-#define ROW_GROUPS_TO(n, m, o, p, r) ROW_TO(n, (r).lo.lo), ROW_TO(m, (r).lo.hi), ROW_TO(o, (r).hi.lo), ROW_TO(p, (r).hi.hi)
-#define ROW_STORE(r) \
-  ROW_GROUPS_TO(0, 4, 8, c, r[0]), ROW_GROUPS_TO(1, 5, 9, d, r[1]), ROW_GROUPS_TO(2, 6, a, e, r[2]), ROW_GROUPS_TO(3, 7, b, f, r[3])
+#define ROW_ALL(AT) \
+  ROW_GROUPS(AT, 0, 4, 8, c), ROW_GROUPS(AT, 1, 5, 9, d), ROW_GROUPS(AT, 2, 6, a, e), ROW_GROUPS(AT, 3, 7, b, f)
+#define ROW_GROUPS_TO(n, m, o, p, r) \
+  ROW_TO(n, (r).lo.lo), ROW_TO(m, (r).lo.hi), ROW_TO(o, (r).hi.lo), ROW_TO(p, (r).hi.hi)
+#define ROW_STORE(r)                                                                                 \
+  ROW_GROUPS_TO(0, 4, 8, c, r[0]), ROW_GROUPS_TO(1, 5, 9, d, r[1]), ROW_GROUPS_TO(2, 6, a, e, r[2]), \
+      ROW_GROUPS_TO(3, 7, b, f, r[3])
 #endif
 // Lane 4n+m stands in group n of r<m>; each group is transposed by itself.
 FN Row row_transposed(real r0, real r1, real r2, real r3) {
@@ -330,8 +345,8 @@ FN Row load_listed_row(Buffer b, Buffer table, int at) {
 }
 #endif
 
-// Reals from `start` on, at indices that follow each other in fours of lanes, and words that are stored so: a few whole loads in
-// place of a gather.
+// Reals from `start` on, at indices that follow each other in fours of lanes, and words that are stored so: a few whole
+// loads in place of a gather.
 #if LANES == 1
 #define load_fours(b, start, i) load_real(b, (start) + (i))
 #define store_fours(b, start, i, v) ((b)[(start) + (i)] = (v))
@@ -372,9 +387,10 @@ typedef integer __attribute__((aligned(4))) lane_integers;  // one store, where 
 #define store_lane_integers(b, start, v) (*(__global lane_integers*)((b) + (start)) = (v))
 #endif
 
-// Reals of a row, load_real(b, start + i), of one that has no more than PICK_FEW, and of one that has no more than twice as many: read as whole
-// vectors, beyond its end.
-#if LANES == 16 && defined(__AVX512F__) && HAS_BUILTIN(__builtin_ia32_permvarsf512) && HAS_BUILTIN(__builtin_ia32_vpermi2varps512)
+// Reals of a row, load_real(b, start + i), of one that has no more than PICK_FEW, and of one that has no more than
+// twice as many: read as whole vectors, beyond its end.
+#if LANES == 16 && defined(__AVX512F__) && HAS_BUILTIN(__builtin_ia32_permvarsf512) && \
+    HAS_BUILTIN(__builtin_ia32_vpermi2varps512)
 #define PICK_FEW 16
 #define pick_few(b, start, i) __builtin_ia32_permvarsf512(load_lanes(b, start), i)
 #define pick_some(b, start, i) __builtin_ia32_vpermi2varps512(load_lanes(b, start), i, load_lanes(b, (start) + 16))
@@ -393,7 +409,8 @@ typedef integer __attribute__((aligned(4))) lane_integers;  // one store, where 
 FN void store_word(Buffer b, integer i, word v, mask m) {
   if (m) b[i] = v;
 }
-#elif LANES == 16 && defined(__AVX512DQ__) && HAS_BUILTIN(__builtin_ia32_scattersiv16si) && HAS_BUILTIN(__builtin_ia32_cvtd2mask512)
+#elif LANES == 16 && defined(__AVX512DQ__) && HAS_BUILTIN(__builtin_ia32_scattersiv16si) && \
+    HAS_BUILTIN(__builtin_ia32_cvtd2mask512)
 FN void store_word(Buffer b, integer i, word v, mask m) {
   __builtin_ia32_scattersiv16si((void*)(ulong)b, __builtin_ia32_cvtd2mask512(m), i, as_int16(v), 4);
 }
@@ -448,9 +465,9 @@ FN void store_integer_row(Buffer b, int start, integer i, IntegerRow integers, m
 #if LANES == 1
 #define lane_items(i) ((int)(i))
 #elif LANES == 4
-#define lane_items(i) ((int)(i) * 4 + (int4)(0, 1, 2, 3))
+#define lane_items(i) ((int)(i)*4 + (int4)(0, 1, 2, 3))
 #elif LANES == 8
-#define lane_items(i) ((int)(i) * 8 + (int8)(0, 1, 2, 3, 4, 5, 6, 7))
+#define lane_items(i) ((int)(i)*8 + (int8)(0, 1, 2, 3, 4, 5, 6, 7))
 #elif LANES == 16
-#define lane_items(i) ((int)(i) * 16 + (int16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
+#define lane_items(i) ((int)(i)*16 + (int16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
 #endif

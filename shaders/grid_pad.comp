@@ -8,6 +8,4 @@ layout(push_constant) uniform Arguments {
   int count;
 };
 
-void main() {
-  grid_pad_samples(grid_open(uniforms, from), from, to, lane_items(item_index()), count);
-}
+void main() { grid_pad_samples(grid_open(uniforms, from), from, to, lane_items(item_index()), count); }

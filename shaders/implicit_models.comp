@@ -9,5 +9,6 @@ layout(push_constant) uniform Arguments {
 };
 
 void main() {
-  implicit_models_of(grid_open(uniforms, list), cells, tapes, list, models, lane_items(item_index()), count, marks_only);
+  implicit_models_of(grid_open(uniforms, list), cells, tapes, list, models, lane_items(item_index()), count,
+                     marks_only);
 }

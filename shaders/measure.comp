@@ -11,5 +11,6 @@ layout(push_constant) uniform Arguments {
 
 void main() {
   Surface surface = surface_open(uniforms, surface_a, surface_b, surface_c, surface_d);
-  measure_points(surface, points, coordinates, directions, columns, first + lane_items(item_index()), end, stride, wanted);
+  measure_points(surface, points, coordinates, directions, columns, first + lane_items(item_index()), end, stride,
+                 wanted);
 }

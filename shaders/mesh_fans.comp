@@ -8,6 +8,4 @@ layout(push_constant) uniform Arguments {
   int count;
 };
 
-void main() {
-  mesh_fans_of(corners, fans, sizes, lane_items(item_index()), count);
-}
+void main() { mesh_fans_of(corners, fans, sizes, lane_items(item_index()), count); }

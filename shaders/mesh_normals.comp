@@ -8,6 +8,4 @@ layout(push_constant) uniform Arguments {
   int count, scale;
 };
 
-void main() {
-  mesh_normals_of(places, rings, vertices, fits, lane_items(item_index()), count, as_plain_real(scale));
-}
+void main() { mesh_normals_of(places, rings, vertices, fits, lane_items(item_index()), count, as_plain_real(scale)); }

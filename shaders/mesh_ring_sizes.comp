@@ -8,6 +8,4 @@ layout(push_constant) uniform Arguments {
   int count;
 };
 
-void main() {
-  mesh_ring_sizes_of(fans, sizes, rings, lane_items(item_index()), count);
-}
+void main() { mesh_ring_sizes_of(fans, sizes, rings, lane_items(item_index()), count); }

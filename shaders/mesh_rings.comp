@@ -8,6 +8,4 @@ layout(push_constant) uniform Arguments {
   int count;
 };
 
-void main() {
-  mesh_rings_of(fans, sizes, plan, rings, lane_items(item_index()), count);
-}
+void main() { mesh_rings_of(fans, sizes, plan, rings, lane_items(item_index()), count); }

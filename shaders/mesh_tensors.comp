@@ -8,6 +8,4 @@ layout(push_constant) uniform Arguments {
   int count, scale;
 };
 
-void main() {
-  mesh_tensors_of(places, rings, fits, vertices, lane_items(item_index()), count, as_plain_real(scale));
-}
+void main() { mesh_tensors_of(places, rings, fits, vertices, lane_items(item_index()), count, as_plain_real(scale)); }

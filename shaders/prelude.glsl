@@ -95,7 +95,8 @@ word load_word(Buffer b, integer i) { return b.words[i]; }
 integer load_integer(Buffer b, integer i) { return int(b.words[i]); }
 real load_real(Buffer b, integer i) { return uintBitsToFloat(b.words[i]); }
 
-// Four consecutive reals, from start + i on, or from where table[at] says, a multiple of four, and up to three more, which do not count.
+// Four consecutive reals, from start + i on, or from where table[at] says, a multiple of four, and up to three more,
+// which do not count.
 STRUCT(Row) { real at[4]; };
 Row load_row(Buffer b, int start, integer i) {
   Row row;

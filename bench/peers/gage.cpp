@@ -11,7 +11,8 @@
 namespace smurf::bench {
 namespace {
 
-// In place along one line: samples -> interpolating cubic B-spline coefficients, mirrored about the end nodes (Unser 1999).
+// In place along one line: samples -> interpolating cubic B-spline coefficients, mirrored about the end nodes (Unser
+// 1999).
 void prefilter_line(double* line, int count) {
   if (count < 2) return;
   const double pole = std::sqrt(3.0) - 2.0;

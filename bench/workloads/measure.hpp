@@ -1,7 +1,7 @@
 // Throughput of a workload on a device, beside the reference in the same run, with the answers checked.
 //
-// What is timed is the whole call: queries in host memory to answers in host memory, properties included. One warm-up, then at
-// least five runs, of which the median counts. Kernels alone are timed apart, on a device opened with timing.
+// What is timed is the whole call: queries in host memory to answers in host memory, properties included. One warm-up,
+// then at least five runs, of which the median counts. Kernels alone are timed apart, on a device opened with timing.
 #pragma once
 
 #include <functional>

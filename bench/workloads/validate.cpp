@@ -125,8 +125,8 @@ ReferenceAnswers::ReferenceAnswers(const Workload& workload, const Interrogator&
   rate_ = double(some.size()) / seconds_since(start);
 }
 
-// Both lists of a ray are sorted: they are merged, and what lies within `same_root` is paired. A first-hit query is held to
-// the reference's hits up to the hit that it reports.
+// Both lists of a ray are sorted: they are merged, and what lies within `same_root` is paired. A first-hit query is
+// held to the reference's hits up to the hit that it reports.
 void ReferenceAnswers::judge_ray(const HitList& hits, std::size_t sample, Verdict& verdict, Errors& errors) const {
   const std::size_t ray = sample_[sample];
   const double tolerance = same_root * voxel_;

@@ -1,4 +1,5 @@
-// Answers of a device against those of the double-precision reference, on a fixed sample of a workload's rays or points.
+// Answers of a device against those of the double-precision reference, on a fixed sample of a workload's rays or
+// points.
 #pragma once
 
 #include <cstddef>
@@ -15,8 +16,8 @@ struct Spread {
   double median = 0, p99 = 0, worst = 0;
 };
 
-// A root of the reference and one of the device are taken for the same when their t differ by less than `same_root` voxels;
-// `worst_t` tells how near they really are.
+// A root of the reference and one of the device are taken for the same when their t differ by less than `same_root`
+// voxels; `worst_t` tells how near they really are.
 inline constexpr double same_root = 0.1;
 
 struct Verdict {

@@ -158,8 +158,8 @@ void add_equations(std::vector<Workload>& list) {
   add_first_and_all(list, w, "W3b", "tanglecube");
 }
 
-// A mesh that is seen whole, and chords in all directions. Hits are told with face and barycentrics, as the peer tells them; no
-// properties are measured on top.
+// A mesh that is seen whole, and chords in all directions. Hits are told with face and barycentrics, as the peer tells
+// them; no properties are measured on top.
 void add_mesh(Catalogue& all) {
   const BunnyOrSphere source = bunny_or_sphere();
   Workload w;

@@ -1,7 +1,8 @@
 // The workloads whose throughput is measured, by `smurf bench` and by bench/: defined once.
 //
-// A workload is a surface, what is asked of it, and the sizes at which it is asked: image widths for rays (as many rays where
-// they are no image), numbers of points for probes. Cost must grow with the size; two sizes each make that visible.
+// A workload is a surface, what is asked of it, and the sizes at which it is asked: image widths for rays (as many rays
+// where they are no image), numbers of points for probes. Cost must grow with the size; two sizes each make that
+// visible.
 #pragma once
 
 #include <cstddef>
@@ -42,7 +43,8 @@ struct Workload {
   CastOptions cast_options() const;
   Surface surface() const;
   bool samples() const { return bool(volume); }
-  // In what errors are told: of places the grid's shortest step, or for others a pixel of 1024 across the surface's box; of values their range.
+  // In what errors are told: of places the grid's shortest step, or for others a pixel of 1024 across the surface's
+  // box; of values their range.
   double length_unit() const;
   double value_unit() const;
 };
@@ -57,12 +59,12 @@ struct Catalogue {
   std::vector<Missing> missing;
 };
 
-// Those whose name contains `filter` (case ignored). Data are looked for in $SMURF_DATA, then in the folder shared/data beside the
-// sources; the bundled headsq in the sources; the bunny where $SMURF_BUNNY says.
+// Those whose name contains `filter` (case ignored). Data are looked for in $SMURF_DATA, then in the folder shared/data
+// beside the sources; the bundled headsq in the sources; the bunny where $SMURF_BUNNY says.
 Catalogue catalogue(std::string_view filter = {});
 
-// bunny00.off (Debian package libcgal-demo), which $SMURF_BUNNY names; else a bumpy sphere of about as many triangles, with which
-// nothing measured on the bunny can be compared, and why. It is read or computed at the first call.
+// bunny00.off (Debian package libcgal-demo), which $SMURF_BUNNY names; else a bumpy sphere of about as many triangles,
+// with which nothing measured on the bunny can be compared, and why. It is read or computed at the first call.
 struct BunnyOrSphere {
   std::function<Mesh()> mesh;
   bool is_bunny = false;
@@ -72,8 +74,8 @@ BunnyOrSphere bunny_or_sphere();
 // The sphere with waves of a tenth of its radius, closed, of about so many triangles.
 Mesh bumpy_sphere(std::size_t triangles);
 
-// Random chords of the sphere around a box, width² of them: origin and origin + direction are uniform on the sphere and t runs on
-// behind. No two neighbours go together.
+// Random chords of the sphere around a box, width² of them: origin and origin + direction are uniform on the sphere and
+// t runs on behind. No two neighbours go together.
 RayBatch random_chords(const Bounds& bounds, int width);
 
 RayBatch rays_of(const Workload& workload, const Surface& surface, int width);

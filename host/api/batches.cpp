@@ -1,8 +1,8 @@
 // Interrogation in batches on an executor: cast() below reads from top to bottom as the stages of a batch.
 //
 // Device memory is bounded by the tile: rays (32 bytes, none where the device reads the host's), slots
-// (12 or, with surface coordinates, 24 bytes × capacity), counts and rows. A ray with more hits than the capacity is never cut: the true count comes back, and
-// the tile is cast again with room for it, in smaller tiles if need be.
+// (12 or, with surface coordinates, 24 bytes × capacity), counts and rows. A ray with more hits than the capacity is
+// never cut: the true count comes back, and the tile is cast again with room for it, in smaller tiles if need be.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,8 +24,8 @@ namespace {
 constexpr std::size_t rays_in_tile = 1 << 20;
 constexpr std::size_t rays_in_image_tile = (1 << 21) - 1;  // what kernels/common/ray.inc can tell apart
 constexpr std::size_t points_in_tile = 1 << 20;
-// Capacity × rays, at 12 or 24 bytes. Threads wait for the last one at the end of a tile, so that halves of this cost a quarter more time; larger
-// ones gain little, and take long to be cleared once.
+// Capacity × rays, at 12 or 24 bytes. Threads wait for the last one at the end of a tile, so that halves of this cost a
+// quarter more time; larger ones gain little, and take long to be cleared once.
 constexpr std::size_t slots_in_tile = 1 << 21;
 constexpr int capacity_of_all = 8;         // hits per ray to begin with
 constexpr int most_remembered = 64;        // hits per ray that the next batch is expected to have as well
@@ -37,7 +37,8 @@ struct BlockSum {
   std::int32_t hits, most, invalid, cut;
 };
 
-// A tile's rows of one column of results, which kernels write where the host wants them, or to a buffer that is read afterwards.
+// A tile's rows of one column of results, which kernels write where the host wants them, or to a buffer that is read
+// afterwards.
 template <class T>
 class Rows {
  public:
@@ -116,7 +117,8 @@ class DeviceQueries final : public SurfaceQueries {
     upload_shared(rays);
     hits.offsets_.assign(1, 0);
     hits.offsets_.reserve(rays.size() + 1);
-    // While the rows of one tile are written, the search in the next one is already queued: threads that wait for the host are idle.
+    // While the rows of one tile are written, the search in the next one is already queued: threads that wait for the
+    // host are idle.
     std::optional<TileRows> writing;
     Tile tile{};
     const auto search = [&](std::size_t first) {
@@ -215,8 +217,8 @@ class DeviceQueries final : public SurfaceQueries {
     int image_width;
   };
 
-  // Rays that one work item counts. The host adds up the blocks while the device waits, and each work item that writes rows adds up the
-  // rays before its own in their block, which takes little where it has many lanes.
+  // Rays that one work item counts. The host adds up the blocks while the device waits, and each work item that writes
+  // rows adds up the rays before its own in their block, which takes little where it has many lanes.
   static int block_of(int lanes) { return lanes > 1 ? 8 * lanes : 16; }
 
   void compile() {
@@ -386,7 +388,8 @@ class DeviceQueries final : public SurfaceQueries {
     std::optional<Rows<SurfaceCoordinates>> coordinates;
   };
 
-  // Appends the tile's hits, and its rays, to the list, in which there will be `ray_count` rays: they stand there after finish().
+  // Appends the tile's hits, and its rays, to the list, in which there will be `ray_count` rays: they stand there after
+  // finish().
   void order_rows(const std::vector<BlockSum>& blocks, int most, const Tile& tile, std::size_t ray_count, HitList& hits,
                   std::optional<TileRows>& rows) {
     std::vector<std::uint32_t> starts(blocks.size());
@@ -396,8 +399,8 @@ class DeviceQueries final : public SurfaceQueries {
       count += std::size_t(blocks[i].hits);
     }
     const std::uint64_t before = hits.rays_.size();
-    // The rest of the rays may have as many hits each as those so far, or as those of the last batch: longer columns have to be copied,
-    // while the device waits.
+    // The rest of the rays may have as many hits each as those so far, or as those of the last batch: longer columns
+    // have to be copied, while the device waits.
     const double so_far = double(hits.rays_.size() + count) / double(tile.first + tile.count);
     const auto expected = std::size_t(spare_rows * std::max(so_far, rows_per_ray_) * double(ray_count));
     auto block_offsets = share(std::span<const std::uint32_t>(starts), "block offsets");

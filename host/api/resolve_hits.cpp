@@ -16,8 +16,8 @@ using expression::LineRoot;
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
-// What t of a hit has been rounded by, in parts of the farthest t on the ray: it is the sum of where the ray enters and of how far the hit
-// is from there, and the traversal in between rounds once or twice more.
+// What t of a hit has been rounded by, in parts of the farthest t on the ray: it is the sum of where the ray enters and
+// of how far the hit is from there, and the traversal in between rounds once or twice more.
 constexpr double rounding_of_t = 0x1p-22;
 
 constexpr std::size_t few_rays = 8;  // not worth a thread
@@ -53,8 +53,9 @@ struct Stretch {
   std::size_t from, to, count;
 };
 
-// Moves stretches, which stand in order and do not overlap, neither before nor after. Those that move down go first, from the first one on, and
-// then, from the last one on, those that move up: so none falls on rows that have yet to move.
+// Moves stretches, which stand in order and do not overlap, neither before nor after. Those that move down go first,
+// from the first one on, and then, from the last one on, those that move up: so none falls on rows that have yet to
+// move.
 template <class T>
 void move_rows(const std::vector<Stretch>& stretches, T* rows) {
   const auto move = [&](const Stretch& s) { std::memmove(rows + s.to, rows + s.from, s.count * sizeof(T)); };
@@ -162,8 +163,8 @@ void FlaggedHitResolver::cast_again(const RootResolver& resolver, const Bounds& 
   }
 }
 
-// Puts the changed rays' hits in place of those that they had. The rows in between stay in the list's memory: they only move up or down by what
-// the rays before them have lost or won.
+// Puts the changed rays' hits in place of those that they had. The rows in between stay in the list's memory: they only
+// move up or down by what the rays before them have lost or won.
 void FlaggedHitResolver::write(const std::vector<RayHits>& changed, const RayBatch& rays, HitList& hits) {
   const std::size_t rows = hits.size();
   std::vector<Stretch> stretches;      // between the changed rays, where rows move at all

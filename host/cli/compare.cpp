@@ -1,4 +1,5 @@
-// The verb `compare`: reconstructions of a sampled surface against the exact one, as tables on standard output and as a file.
+// The verb `compare`: reconstructions of a sampled surface against the exact one, as tables on standard output and as a
+// file.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -39,8 +39,8 @@ class Executor {
   // A read-only buffer with these contents: on the host's memory itself where the device allows, which
   // then must stay valid and unchanged; a copy otherwise. Padded to a whole word with undefined bytes.
   virtual std::unique_ptr<DeviceBuffer> share(const void* host, std::size_t bytes, std::string_view purpose) = 0;
-  // The host's memory itself as a buffer that kernels write: what they wrote stands there once the buffer is gone. Null where the
-  // device does not allow it; the caller then reads from a buffer of the device.
+  // The host's memory itself as a buffer that kernels write: what they wrote stands there once the buffer is gone. Null
+  // where the device does not allow it; the caller then reads from a buffer of the device.
   virtual std::unique_ptr<DeviceBuffer> share_results(void* host, std::size_t bytes, std::string_view purpose) = 0;
   virtual void write(DeviceBuffer& buffer, std::size_t offset, const void* data, std::size_t bytes) = 0;
   // Waits for all launches before it.

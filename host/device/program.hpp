@@ -52,11 +52,13 @@ enum class Language { opencl, glsl };
 // LANES and GROUP (work items per work group) are defined for it.
 std::string assemble(const Program& program, Language language, int lanes, int work_group);
 
-// Text of an embedded file, named as under kernels/core ("roots/bernstein.inc"). Throws std::logic_error if there is none.
+// Text of an embedded file, named as under kernels/core ("roots/bernstein.inc"). Throws std::logic_error if there is
+// none.
 std::string_view embedded_core(std::string_view name);
 
 // Compiled programs on disk, by content. The directory is $SMURF_CACHE, else $XDG_CACHE_HOME/smurf, else
-// ~/.cache/smurf; SMURF_CACHE=off turns it off. Failures to read or write are not errors: the program is compiled again.
+// ~/.cache/smurf; SMURF_CACHE=off turns it off. Failures to read or write are not errors: the program is compiled
+// again.
 std::string content_key(std::string_view text, std::string_view compiler);
 std::optional<std::vector<std::byte>> load_cached(const std::string& key);
 void store_cached(const std::string& key, const void* data, std::size_t bytes);

@@ -1,6 +1,7 @@
-// Memory for results and for buffers of devices: blocks of many pages are kept when they are given back. A program that asks for batch after batch
-// gets the same pages again; fresh ones would have to be cleared by the system first, which takes longer than writing the hits of a mesh. Large
-// blocks stand on large pages where the system offers them, and while they are kept it may take them back whenever it is short of memory.
+// Memory for results and for buffers of devices: blocks of many pages are kept when they are given back. A program that
+// asks for batch after batch gets the same pages again; fresh ones would have to be cleared by the system first, which
+// takes longer than writing the hits of a mesh. Large blocks stand on large pages where the system offers them, and
+// while they are kept it may take them back whenever it is short of memory.
 #include "smurf/values.hpp"
 
 #include <sys/mman.h>

@@ -121,7 +121,8 @@ Program make_program(const Graph& graph, std::span<const NodeId> roots);
 // Throws Error (usage) when there are too few variables, or not one result per root.
 void require_fitting(const Program& program, std::size_t variables, std::size_t results);
 
-// Runs a program on numbers of any kind: values[i] becomes variable(index), or what apply(op, value, a, b, c, d) makes of its arguments.
+// Runs a program on numbers of any kind: values[i] becomes variable(index), or what apply(op, value, a, b, c, d) makes
+// of its arguments.
 template <class Number, class Variable, class Apply>
 void run_program(const Program& program, const Variable& variable, const Apply& apply, std::span<Number> results,
                  std::vector<Number>& values) {

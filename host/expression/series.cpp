@@ -185,7 +185,8 @@ Coefficients of_tangent(const Bound& value, int sign) {
   return g;
 }
 
-// Of a function whose derivative is v^p, where v = v_0 + v_1 s + v_2 s² > 0: k v_0 q_k = sum of (p j - (k-j)) v_j q_{k-j}.
+// Of a function whose derivative is v^p, where v = v_0 + v_1 s + v_2 s² > 0: k v_0 q_k = sum of (p j - (k-j)) v_j
+// q_{k-j}.
 Coefficients of_derivative_power(const std::array<Bound, 3>& v, double p, const Bound& first) {
   Coefficients g{};
   if (v[0].low <= 0) {

@@ -1,8 +1,9 @@
 // Expressions along a line, as Taylor series with proved bounds, in double precision.
 //
-// A function of s in [-1, 1] is known by bounds on its value and on its Taylor coefficients (derivatives over factorials), taken at one
-// place or over all of a stretch. With c_k at the middle and C_k over the stretch, Taylor's theorem says f(s) = c_0 + c_1 s + ... +
-// c_{k-1} s^{k-1} + C_k s^k. Bounds are rounded outwards; an infinite bound is none.
+// A function of s in [-1, 1] is known by bounds on its value and on its Taylor coefficients (derivatives over
+// factorials), taken at one place or over all of a stretch. With c_k at the middle and C_k over the stretch, Taylor's
+// theorem says f(s) = c_0 + c_1 s + ... + c_{k-1} s^{k-1} + C_k s^k. Bounds are rounded outwards; an infinite bound is
+// none.
 #pragma once
 
 #include <array>
@@ -42,8 +43,8 @@ Series apply(Op op, double value, const Series& a, const Series& b, const Series
 
 // The series of a program of one root; `variables` are those of its variables. Leaves that of each node in `nodes`.
 Series evaluate(const Program& program, std::span<const Series> variables, std::vector<Series>& nodes);
-// Over a stretch, where those of its middle are known: values lie also where slopes allow them to be from the middle on, which is
-// much closer on short stretches, and decides creases.
+// Over a stretch, where those of its middle are known: values lie also where slopes allow them to be from the middle
+// on, which is much closer on short stretches, and decides creases.
 Series evaluate(const Program& program, std::span<const Series> variables, std::span<const Series> middle,
                 std::vector<Series>& nodes);
 

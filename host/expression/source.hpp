@@ -15,11 +15,12 @@
 //   POWER_INTEGER                                                               (a, n), n an int literal
 //   CHOOSE                                                                      (a, b, c, d): a <= b ? c : d
 //
-// Here a, b, ... are names; c and e are float literals, with their sign and the suffix f. Constants are rounded to float. What is no
-// float is an inexact constant (DeviceConstant), of which arithmetics that prove something must take account.
+// Here a, b, ... are names; c and e are float literals, with their sign and the suffix f. Constants are rounded to
+// float. What is no float is an inexact constant (DeviceConstant), of which arithmetics that prove something must take
+// account.
 //
-// Operations that are decided otherwise, which of its arguments a minimum takes or which sign an absolute value's argument has, are
-// written OP_<NAME>_BY(decision, arguments).
+// Operations that are decided otherwise, which of its arguments a minimum takes or which sign an absolute value's
+// argument has, are written OP_<NAME>_BY(decision, arguments).
 #pragma once
 
 #include <functional>
@@ -42,9 +43,9 @@ std::string device_source(const Graph& graph, std::span<const NodeId> roots, std
 // The name of an operation in its macro; a variable has none.
 std::string_view device_word(Op op);
 
-// A constant as devices have it: the nearest float, and the way to another one so that the constant lies between both, at most half
-// of the way off; 0 where it is exact. Ways are powers of two of 2^-126 or more: floats have gaps that wide about 0, where devices have
-// no others.
+// A constant as devices have it: the nearest float, and the way to another one so that the constant lies between both,
+// at most half of the way off; 0 where it is exact. Ways are powers of two of 2^-126 or more: floats have gaps that
+// wide about 0, where devices have no others.
 struct DeviceConstant {
   float value, way;
 };

@@ -1,8 +1,9 @@
 // Mesh files by the ends of their names.
 //
-// OFF, OBJ, PLY and STL are read here, all others by assimp. Assimp 5.2 reads these four, too, but it takes the vertices of OBJ files apart
-// corner by corner, drops polygons of more than nine corners and clamps indices in OFF files, repeats faces where a PLY file is truncated,
-// crashes or does not come to an end on damaged PLY files, and does not round numbers to the nearest float.
+// OFF, OBJ, PLY and STL are read here, all others by assimp. Assimp 5.2 reads these four, too, but it takes the
+// vertices of OBJ files apart corner by corner, drops polygons of more than nine corners and clamps indices in OFF
+// files, repeats faces where a PLY file is truncated, crashes or does not come to an end on damaged PLY files, and does
+// not round numbers to the nearest float.
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <fmt/format.h>

@@ -1,5 +1,5 @@
-// PLY (Turk 1994), as text and binary of both byte orders: the elements `vertex` (x, y, z), `face` (vertex_indices or vertex_index) and
-// `tristrips`; other properties are skipped, other elements skipped and counted.
+// PLY (Turk 1994), as text and binary of both byte orders: the elements `vertex` (x, y, z), `face` (vertex_indices or
+// vertex_index) and `tristrips`; other properties are skipped, other elements skipped and counted.
 #include <fmt/format.h>
 
 #include <algorithm>

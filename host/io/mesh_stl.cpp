@@ -1,4 +1,5 @@
-// STL: triangles by the coordinates of their corners, as text or binary. Normals in the file are not read: the order of corners tells.
+// STL: triangles by the coordinates of their corners, as text or binary. Normals in the file are not read: the order of
+// corners tells.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -87,7 +88,8 @@ Polygons read_text(const path& file, const std::string& text) {
 
 }  // namespace
 
-// Binary when the size is that which the number of triangles asks for: headers of binary files may begin with "solid", too.
+// Binary when the size is that which the number of triangles asks for: headers of binary files may begin with "solid",
+// too.
 Polygons read_stl(const path& file, const std::string& bytes) {
   const std::size_t triangles = bytes.size() >= header_bytes ? word_at(bytes, header_bytes - 4) : 0;
   const std::size_t expected = header_bytes + triangle_bytes * triangles;

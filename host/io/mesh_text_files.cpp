@@ -105,7 +105,8 @@ std::uint32_t obj_corner(const WordReader& reader, std::string_view word, std::s
 }  // namespace
 
 Polygons read_obj(const path& file, const std::string& text) {
-  // Lines that end with a backslash go on: the backslash and the end of the line are blanks, of which '\v' counts as a line.
+  // Lines that end with a backslash go on: the backslash and the end of the line are blanks, of which '\v' counts as a
+  // line.
   std::string joined;
   if (text.find('\\') != text.npos) {
     joined = text;

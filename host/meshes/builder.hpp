@@ -39,8 +39,8 @@ class MeshBuilder {
   MeshRepairs repairs_;
 };
 
-// Splits a polygon into triangles of its corners' numbers 0 .. n-1: ears are cut off in the plane of the polygon's area vector;
-// a polygon that crosses itself, where no ear is left, ends in a fan.
+// Splits a polygon into triangles of its corners' numbers 0 .. n-1: ears are cut off in the plane of the polygon's area
+// vector; a polygon that crosses itself, where no ear is left, ends in a fan.
 void split_polygon(const std::vector<glm::dvec3>& corners, std::vector<glm::uvec3>& triangles);
 
 constexpr std::uint32_t most_corners = 16384;  // cutting ears takes quadratic time

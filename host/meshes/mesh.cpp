@@ -37,8 +37,8 @@ std::string_view name_of(MeshOrientation orientation) {
 
 bool has_no_area(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
   if (a == b || b == c || c == a) return true;
-  // Twice the area's components in double; each of the six products has an error of 2^-53 and stands in a sum of differences, so that a
-  // component beyond the bound is not zero.
+  // Twice the area's components in double; each of the six products has an error of 2^-53 and stands in a sum of
+  // differences, so that a component beyond the bound is not zero.
   const glm::dvec3 p = glm::dvec3(b) - glm::dvec3(a), q = glm::dvec3(c) - glm::dvec3(a);
   for (int x = 0; x < 3; x++) {
     const int y = (x + 1) % 3;

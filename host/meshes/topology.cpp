@@ -1,5 +1,5 @@
-// How the triangles of a mesh hang together: edges by bucket sort of corners by their edge's lower vertex, fans of triangles about
-// vertices by union-find over corners.
+// How the triangles of a mesh hang together: edges by bucket sort of corners by their edge's lower vertex, fans of
+// triangles about vertices by union-find over corners.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -41,7 +41,8 @@ struct Side {
 uint32_t corner_vertex(Faces faces, uint32_t corner) { return faces[corner / 3][int(corner % 3)]; }
 uint32_t next_corner(uint32_t corner) { return corner % 3 == 2 ? corner - 2 : corner + 1; }
 
-// The sides that begin or end at each vertex and go to a higher one: those of vertex v are sides[first[v]] .. sides[first[v + 1] - 1].
+// The sides that begin or end at each vertex and go to a higher one: those of vertex v are sides[first[v]] ..
+// sides[first[v + 1] - 1].
 struct SidesByLowerVertex {
   std::vector<std::uint64_t> first;
   std::vector<Side> sides;

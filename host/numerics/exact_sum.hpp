@@ -1,4 +1,5 @@
-// Sums of doubles without rounding, for the signs of determinants (Shewchuk 1997, "Adaptive precision floating-point arithmetic").
+// Sums of doubles without rounding, for the signs of determinants (Shewchuk 1997, "Adaptive precision floating-point
+// arithmetic").
 //
 // The sum is kept as an expansion: doubles that do not overlap, least first.
 #pragma once
@@ -14,7 +15,8 @@ namespace smurf {
 template <std::size_t Most>
 class ExactSum {
  public:
-  // Grow-Expansion: a pass from the least part upwards, each time with the rounding error of one addition left behind (Knuth).
+  // Grow-Expansion: a pass from the least part upwards, each time with the rounding error of one addition left behind
+  // (Knuth).
   void add(double x) {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < count_; i++) {
@@ -29,7 +31,8 @@ class ExactSum {
     }
     count_ = kept;
   }
-  // a·b and a·b·c, in two and four summands; of floats in one and two. No part may underflow: products of floats do not.
+  // a·b and a·b·c, in two and four summands; of floats in one and two. No part may underflow: products of floats do
+  // not.
   void add_product(double a, double b) {
     const double product = a * b;
     add(std::fma(a, b, -product));

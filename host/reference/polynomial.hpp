@@ -14,7 +14,8 @@
 
 namespace smurf {
 
-// The Chebyshev-Lobatto points of a degree, ascending, and what takes values there to coefficients (a discrete cosine transform).
+// The Chebyshev-Lobatto points of a degree, ascending, and what takes values there to coefficients (a discrete cosine
+// transform).
 class ChebyshevPoints {
  public:
   explicit ChebyshevPoints(int degree);

@@ -44,7 +44,8 @@ class ReferenceSurface {
   // Appends the hits in [t_min, t_max] in ascending order; with `first_only` at least the first of them.
   virtual void roots(const ReferenceRay& ray, bool first_only, std::vector<ReferenceHit>& hits) const = 0;
   virtual bool has_coordinates() const { return false; }
-  // At the coordinates, where the kind has them and they are known; else at the point, or the point of the surface nearest to it.
+  // At the coordinates, where the kind has them and they are known; else at the point, or the point of the surface
+  // nearest to it.
   virtual ReferencePoint measure(const glm::dvec3& point, const SurfaceCoordinates* coordinates = nullptr) const = 0;
   virtual std::size_t bytes() const = 0;
   // Another surface that shares what this one has computed, or null when they have nothing in common.

@@ -8,8 +8,8 @@
 
 namespace smurf {
 
-// Points that properties are asked of. On kinds with surface coordinates these say where a point lies; where they are not given, it is
-// the point of the surface that is nearest to the location.
+// Points that properties are asked of. On kinds with surface coordinates these say where a point lies; where they are
+// not given, it is the point of the surface that is nearest to the location.
 struct PointSet {
   std::span<const glm::vec3> locations;
   std::span<const SurfaceCoordinates> coordinates = {};  // none, or one per point

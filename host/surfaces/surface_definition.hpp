@@ -19,8 +19,8 @@
 namespace smurf {
 
 // A surface's buffers on one device and the source that answers for it.
-// The source module "surface" defines Surface, surface_open, surface_find_hits and surface_frame, as kernels/grid/surface.inc does,
-// and for kinds with coordinates surface_nearest_to.
+// The source module "surface" defines Surface, surface_open, surface_find_hits and surface_frame, as
+// kernels/grid/surface.inc does, and for kinds with coordinates surface_nearest_to.
 class ResidentSurface {
  public:
   virtual ~ResidentSurface() = default;
@@ -41,14 +41,16 @@ struct Fact {
   std::string name, value;
 };
 
-// The function of space that a surface is a level set of, in double; NaN where it is undefined. Normals point to smaller values.
+// The function of space that a surface is a level set of, in double; NaN where it is undefined. Normals point to
+// smaller values.
 struct AnalyticField {
   std::function<double(const glm::dvec3&)> value;  // may be called by threads at once
   double level = 0;
   Domain domain;
 };
 
-// Adds what double precision knows of a surface's roots on a ray, for t in [low, high], in order. May be called by threads at once.
+// Adds what double precision knows of a surface's roots on a ray, for t in [low, high], in order. May be called by
+// threads at once.
 using RootResolver =
     std::function<void(const Ray& ray, double low, double high, std::vector<expression::LineRoot>& roots)>;
 
@@ -63,7 +65,8 @@ class SurfaceDefinition {
   virtual std::vector<Fact> facts() const = 0;
   virtual std::unique_ptr<ResidentSurface> reside(Executor& executor, const PrepareOptions& options) const = 0;
   virtual std::unique_ptr<SurfaceQueries> reference() const = 0;  // host/reference
-  // For kinds that can tell more of roots than their device code does, which is asked about hits that it flags (host/api/resolve_hits.hpp).
+  // For kinds that can tell more of roots than their device code does, which is asked about hits that it flags
+  // (host/api/resolve_hits.hpp).
   virtual RootResolver root_resolver() const { return {}; }
   // For kinds that are given by an expression.
   virtual std::optional<AnalyticField> analytic_field() const { return std::nullopt; }

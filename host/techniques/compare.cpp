@@ -1,10 +1,11 @@
 // Compares reconstructions with the exact surface, by two batches of rays that are the same for all of them.
 //
-// Chords of the domain find the exact surface, and count roots that a reconstruction misses or invents. As chords are isotropic lines, their
-// roots are spread evenly over the surface (Crofton). Errors are not measured along the chords, where a root moves by the distance of the
-// surfaces divided by the cosine of the angle to the normal: its mean square over all chords has no bound, and would hide the order. They are
-// measured along short rays through the exact roots in the direction of the exact normals. Of those the exact location, normal
-// and curvature are known once for all, and t, being small, loses little to rounding.
+// Chords of the domain find the exact surface, and count roots that a reconstruction misses or invents. As chords are
+// isotropic lines, their roots are spread evenly over the surface (Crofton). Errors are not measured along the chords,
+// where a root moves by the distance of the surfaces divided by the cosine of the angle to the normal: its mean square
+// over all chords has no bound, and would hide the order. They are measured along short rays through the exact roots in
+// the direction of the exact normals. Of those the exact location, normal and curvature are known once for all, and t,
+// being small, loses little to rounding.
 #include "smurf/compare.hpp"
 
 #include <fmt/format.h>
@@ -241,7 +242,8 @@ void Work::compare_points(const HitList& hits, ComparisonRow& row) const {
   row.gauss = gauss.measure();
 }
 
-// Both lists are sorted. Roots within reach of each other are counterparts, unless the next root of one of the lists is nearer.
+// Both lists are sorted. Roots within reach of each other are counterparts, unless the next root of one of the lists is
+// nearer.
 void Work::compare_chord(const HitList& hits, std::size_t ray, const Interior& interior, ComparisonRow& row,
                          Errors& along) const {
   const HitList& exact = truth_.hits;

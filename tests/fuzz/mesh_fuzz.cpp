@@ -1,5 +1,5 @@
-// A libFuzzer target for what reads meshes: OFF, OBJ, PLY and STL. The first byte says which format, and whether vertices are welded. What
-// is accepted must hold together. Only an Error may leave, of one line.
+// A libFuzzer target for what reads meshes: OFF, OBJ, PLY and STL. The first byte says which format, and whether
+// vertices are welded. What is accepted must hold together. Only an Error may leave, of one line.
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>

@@ -26,7 +26,8 @@ std::vector<TestDevice> open_all() {
   return devices;
 }
 
-// Devices are closed after the last test rather than when the process ends: the Vulkan layers' own globals are gone then.
+// Devices are closed after the last test rather than when the process ends: the Vulkan layers' own globals are gone
+// then.
 std::optional<std::vector<TestDevice>> opened;
 class CloseDevices : public testing::Environment {
   void TearDown() override { opened.reset(); }

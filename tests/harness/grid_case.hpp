@@ -35,7 +35,8 @@ struct Totals {
 };
 
 // Checks, on every device: hits of all rays against the truth (compare.hpp); first hits; properties against the
-// reference's; and that runs, tiles and numbers of lanes agree to the bit. Returns what was counted, by the device's label.
+// reference's; and that runs, tiles and numbers of lanes agree to the bit. Returns what was counted, by the device's
+// label.
 std::map<std::string, Totals> run(const GridCase& grid_case);
 // The same on some devices only.
 std::map<std::string, Totals> run(const GridCase& grid_case, std::span<TestDevice> devices);

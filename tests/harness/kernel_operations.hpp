@@ -1,5 +1,5 @@
-// What the tests of device code of expressions share: the code itself, one lane, with multiply_add fused and not; every operation
-// beside its exact answer; random ranges of all sizes.
+// What the tests of device code of expressions share: the code itself, one lane, with multiply_add fused and not; every
+// operation beside its exact answer; random ranges of all sizes.
 //
 // SMURF_TEST_DENSE=20 makes the samples that many times denser.
 #pragma once

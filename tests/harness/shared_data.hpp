@@ -1,4 +1,5 @@
-// Data of the development that are not in the repository: files below $SMURF_DATA, else below shared/data beside the sources.
+// Data of the development that are not in the repository: files below $SMURF_DATA, else below shared/data beside the
+// sources.
 #pragma once
 
 #include <filesystem>

@@ -11,8 +11,8 @@
 
 namespace smurf::test {
 
-// A place where a ray crosses the surface; where it is not `certain`, the exact field comes so close to the isovalue (or
-// only at an end of the ray) that the crossing may be there or not.
+// A place where a ray crosses the surface; where it is not `certain`, the exact field comes so close to the isovalue
+// (or only at an end of the ray) that the crossing may be there or not.
 struct Root {
   double t;
   bool certain = true;

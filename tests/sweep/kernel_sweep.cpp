@@ -1,7 +1,9 @@
-// Runs every kernel of kernels/kernels.def on a small case, for grids of every reconstruction and sample type, and compares with
-// the reference: a program of its own, so that it can be started under oclgrind or on another OpenCL implementation.
+// Runs every kernel of kernels/kernels.def on a small case, for grids of every reconstruction and sample type, and
+// compares with the reference: a program of its own, so that it can be started under oclgrind or on another OpenCL
+// implementation.
 //
-//   kernel-sweep DEVICE LANES [WHAT ...]     grids by sample type, as in "uint8"; "mesh", "black-box"; all when none is given
+//   kernel-sweep DEVICE LANES [WHAT ...]     grids by sample type, as in "uint8"; "mesh", "black-box"; all when none is
+//                                            given
 //
 // Exit codes: 0 all agree, 1 a difference or an error, 3 there is no such device.
 #include <fmt/format.h>

@@ -10,7 +10,8 @@ namespace {
 
 using expression::Op;
 
-// Half a unit in the last place of 113 bits, doubled; and what the sums of radii and the narrowing of magnitudes to double round by.
+// Half a unit in the last place of 113 bits, doubled; and what the sums of radii and the narrowing of magnitudes to
+// double round by.
 constexpr double rounding = 0x1p-112;
 constexpr double upwards = 1 + 0x1p-40;
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -69,7 +70,8 @@ Ball value(const BallPolynomial& p, const Ball& u) {
   return v;
 }
 
-// A positive multiple of the remainder of a by b, with its sign changed. The leading coefficient of b has a certain sign.
+// A positive multiple of the remainder of a by b, with its sign changed. The leading coefficient of b has a certain
+// sign.
 BallPolynomial negative_remainder(BallPolynomial a, const BallPolynomial& b) {
   const Ball leading = b.back();
   const int sign = leading.sign();
@@ -115,8 +117,8 @@ class Chain {
   const BallPolynomial& polynomial() const { return members_.front(); }
   int sign_at(Quad u) const { return value(members_.front(), {u, 0}).sign(); }
 
-  // Changes of sign along the chain at a place where the polynomial itself is certainly not zero. Between neighbours of opposite signs
-  // a member makes one change whatever its own sign is; other uncertain signs make doubts.
+  // Changes of sign along the chain at a place where the polynomial itself is certainly not zero. Between neighbours of
+  // opposite signs a member makes one change whatever its own sign is; other uncertain signs make doubts.
   int changes_at(Quad u) {
     std::vector<int> signs;
     for (const BallPolynomial& member : members_) signs.push_back(value(member, {u, 0}).sign());
@@ -136,7 +138,8 @@ class Chain {
   std::vector<BallPolynomial> members_;
 };
 
-// The one root in (low, high), where the signs differ: found in long double, and then confirmed by signs on both sides of it.
+// The one root in (low, high), where the signs differ: found in long double, and then confirmed by signs on both sides
+// of it.
 double polished(const Chain& chain, Quad low, Quad high) {
   std::vector<long double> c;
   for (const Ball& ball : chain.polynomial()) c.push_back(static_cast<long double>(ball.middle));

@@ -1,10 +1,12 @@
-// How many roots an algebraic surface has on a ray, by Sturm's theorem: what hits on such surfaces are judged by. It shares no method
-// with the kernels (Bernstein form and intervals, in float) or the reference (Chebyshev series and derivatives, in double).
+// How many roots an algebraic surface has on a ray, by Sturm's theorem: what hits on such surfaces are judged by. It
+// shares no method with the kernels (Bernstein form and intervals, in float) or the reference (Chebyshev series and
+// derivatives, in double).
 //
-// The expression is evaluated with polynomials in u for x, y and z, where t = middle + half·u and u is in [-1, 1] on the part of the ray
-// that is asked about. The floats of the ray and the doubles of the expression are taken as exact. Coefficients are 113-bit numbers, each
-// with a proved bound on its error, and so are the values of the chain: a sign is certain, or known to be uncertain. Where a
-// count depends on an uncertain sign the ray is `doubtful`; that takes roots closer than some 1e-11 of the part, or one at its very end.
+// The expression is evaluated with polynomials in u for x, y and z, where t = middle + half·u and u is in [-1, 1] on
+// the part of the ray that is asked about. The floats of the ray and the doubles of the expression are taken as exact.
+// Coefficients are 113-bit numbers, each with a proved bound on its error, and so are the values of the chain: a sign
+// is certain, or known to be uncertain. Where a count depends on an uncertain sign the ray is `doubtful`; that takes
+// roots closer than some 1e-11 of the part, or one at its very end.
 #pragma once
 
 #include <limits>
@@ -73,8 +75,8 @@ class AlgebraicSurface {
 
   // Value and derivatives at a point, by the rules of products and powers.
   Jet jet(const glm::dvec3& point) const;
-  // |∇f| over the size of the second derivatives: about how far away f has a point where the gradient vanishes, if it has one nearby (as
-  // far again at a cusp). Elsewhere not above the lesser radius of curvature.
+  // |∇f| over the size of the second derivatives: about how far away f has a point where the gradient vanishes, if it
+  // has one nearby (as far again at a cusp). Elsewhere not above the lesser radius of curvature.
   double distance_of_singularity(const glm::dvec3& point) const;
 
  private:

@@ -1,4 +1,5 @@
-// Rays and meshes of trimesh's tests (MIT), from the shared data, with what brute force finds in double: no ray passes within 1e-6 of an edge.
+// Rays and meshes of trimesh's tests (MIT), from the shared data, with what brute force finds in double: no ray passes
+// within 1e-6 of an edge.
 #pragma once
 
 #include <filesystem>

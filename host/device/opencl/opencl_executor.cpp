@@ -231,7 +231,8 @@ void OpenclExecutor::prepare(const Program& program) { kernel_of(program); }
 
 std::size_t OpenclExecutor::work_group(const KernelSpec& spec) const {
   const int items_per_work_item = spec.shape == KernelShape::lanes ? found_.info.lanes : 1;
-  // Packets of lanes run one after the other; PoCL would keep what they remember in arrays over the work group, in memory.
+  // Packets of lanes run one after the other; PoCL would keep what they remember in arrays over the work group, in
+  // memory.
   if (items_per_work_item > 1) return 1;
   return std::min<std::size_t>(static_cast<std::size_t>(std::max(1, spec.group / items_per_work_item)), largest_group_);
 }

@@ -46,8 +46,8 @@ bool contains_name(const std::vector<Properties>& all, std::string_view name) {
   });
 }
 
-// Leaks of drivers and layers can be told from our own only while their libraries stand in memory, and those that the loader
-// has unloaded when the process ends have no names any more.
+// Leaks of drivers and layers can be told from our own only while their libraries stand in memory, and those that the
+// loader has unloaded when the process ends have no names any more.
 void keep_libraries() {
 #ifdef __SANITIZE_ADDRESS__
   std::vector<std::string> names;

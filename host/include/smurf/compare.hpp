@@ -1,6 +1,6 @@
-// Comparison of reconstructions: a surface that an expression gives is sampled at several resolutions, each reconstruction makes a
-// surface of the samples again, and that is held against the exact one. (The use that Loeffelmann and others, 1999, Figs. 7 and 8,
-// make of their interface.)
+// Comparison of reconstructions: a surface that an expression gives is sampled at several resolutions, each
+// reconstruction makes a surface of the samples again, and that is held against the exact one. (The use that
+// Loeffelmann and others, 1999, Figs. 7 and 8, make of their interface.)
 //
 //   auto comparison = smurf::compare(device, smurf::implicit("x^2+y^2+z^2-1", {glm::dvec3(-2), glm::dvec3(2)}));
 //   for (const auto& row : comparison.rows) std::printf("%d %g %g\n", row.resolution, row.mean.rms, row.mean.order);
@@ -24,11 +24,13 @@ struct CompareOptions {
                                               Reconstruction::tricubic};
   std::size_t rays = 2000;  // chords of the domain
   std::uint64_t seed = 1;
-  // The border of a grid is another source of errors than the one that is measured: a mirrored continuation bends a B-spline, and the
-  // bend fades only by 2 - sqrt(3) a node. So the grids have this many nodes more beyond each face of the domain; 13 nodes leave 4e-8 of it.
+  // The border of a grid is another source of errors than the one that is measured: a mirrored continuation bends a
+  // B-spline, and the bend fades only by 2 - sqrt(3) a node. So the grids have this many nodes more beyond each face of
+  // the domain; 13 nodes leave 4e-8 of it.
   int apron = 12;
-  // What is nearer than this to the border of the domain is left out, at every resolution: its counterpart may lie beyond. In
-  // world units; by default the longest edge of a cell of the coarsest grid, or an eighth of the domain's shortest edge if that is less.
+  // What is nearer than this to the border of the domain is left out, at every resolution: its counterpart may lie
+  // beyond. In world units; by default the longest edge of a cell of the coarsest grid, or an eighth of the domain's
+  // shortest edge if that is less.
   std::optional<double> margin = {};
   std::function<void(std::size_t done, std::size_t total)> progress = {};
 };
@@ -54,8 +56,8 @@ struct ComparisonRow {
   ErrorMeasure mean;          // of mean curvature, absolute, per unit of length
   ErrorMeasure gauss;         // of Gauss curvature, absolute, per unit of length squared
 
-  // Along the chords: exact roots without a counterpart, and counterparts without an exact root. What one of both sides flags as
-  // tangent or unresolved is undecided: it may stand for no root, one, or several.
+  // Along the chords: exact roots without a counterpart, and counterparts without an exact root. What one of both sides
+  // flags as tangent or unresolved is undecided: it may stand for no root, one, or several.
   std::size_t missed = 0, invented = 0, undecided = 0;
   std::size_t not_finite = 0;  // samples, where the expression is undefined or too great
   ErrorMeasure along_chord;    // distance of the roots, in world units; grazing chords, which magnify it, included
@@ -65,7 +67,9 @@ struct Comparison {
   int apron = 0;
   double margin = 0;  // world units, as used
   double reach =
-      0;  // how far, in world units, an exact root's counterpart may be off: the longest edge of a cell of the coarsest grid
+      // How far, in world units, an exact root's counterpart may be off: the longest edge of a cell of the coarsest
+      // grid
+      0;
   std::size_t rays = 0;
   std::size_t roots = 0;          // exact roots of the chords, without those in the margin
   std::size_t near_boundary = 0;  // exact roots in the margin, left out
@@ -78,10 +82,10 @@ struct Comparison {
   double device_seconds = 0;
 };
 
-// Chords are isotropic lines through the domain's box, so that their roots are spread evenly over the surface, every piece of it by its
-// area. The exact answers are those of the double-precision reference for the expression; samples are floats, and the device answers for
-// them. Throws Error (usage) on options that cannot be meant, Error (input) when the surface is not given by an expression, or when no
-// chord meets it.
+// Chords are isotropic lines through the domain's box, so that their roots are spread evenly over the surface, every
+// piece of it by its area. The exact answers are those of the double-precision reference for the expression; samples
+// are floats, and the device answers for them. Throws Error (usage) on options that cannot be meant, Error (input) when
+// the surface is not given by an expression, or when no chord meets it.
 Comparison compare(const Device& device, const Surface& surface, const CompareOptions& options = {});
 
 }  // namespace smurf

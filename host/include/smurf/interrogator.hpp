@@ -24,22 +24,24 @@ namespace smurf {
 
 // Per hit. `isolated`: proved to be exactly one root. `tangent`: the field stays within rounding of the
 // surface over the whole enclosure, which may hold no root, one, or several. `unresolved`: the enclosure
-// could not be decided (for instance a ray that starts on the surface). Surfaces given by expressions: hits that floats leave open are
-// decided in double precision, so that rounding is that of doubles; double roots stay, and enclosures hold the roots of the expression
-// with its constants in double. `bracketed` (black boxes, which are known by their values alone): the
-// computed values at the ends of the enclosure have opposite signs, or one is 0; a continuous function has a root there. Nothing is proved:
-// other roots between samples may have been missed.
+// could not be decided (for instance a ray that starts on the surface). Surfaces given by expressions: hits that floats
+// leave open are decided in double precision, so that rounding is that of doubles; double roots stay, and enclosures
+// hold the roots of the expression with its constants in double. `bracketed` (black boxes, which are known by their
+// values alone): the computed values at the ends of the enclosure have opposite signs, or one is 0; a continuous
+// function has a root there. Nothing is proved: other roots between samples may have been missed.
 enum class HitStatus : std::uint32_t { isolated = 1, tangent = 2, unresolved = 3, bracketed = 4 };
 std::string_view name_of(HitStatus status);
 
-// Per ray. `invalid`: not finite, a zero direction, or t_min > t_max; on meshes, by devices, also 5·10¹¹ times as far out as the mesh.
+// Per ray. `invalid`: not finite, a zero direction, or t_min > t_max; on meshes, by devices, also 5·10¹¹ times as far
+// out as the mesh.
 enum class RayStatus : std::uint32_t { ok = 0, invalid = 1 };
 
 // Per point, as bits. `umbilic`: the principal curvatures agree to rounding, directions are arbitrary.
-// `boundary`: the point was clamped to the border of the surface (walking), or its curvature comes from one side of it only (a triangle
-// at the border of a mesh). `undefined`: no gradient, outside of the domain, or within reach of
-// samples that are not finite; the values asked for are NaN. `crease`: a min, max or abs of the surface's expression turns from
-// one argument to the other within rounding of the point, and the gradient with it; normal and curvature are those of one side.
+// `boundary`: the point was clamped to the border of the surface (walking), or its curvature comes from one side of it
+// only (a triangle at the border of a mesh). `undefined`: no gradient, outside of the domain, or within reach of
+// samples that are not finite; the values asked for are NaN. `crease`: a min, max or abs of the surface's expression
+// turns from one argument to the other within rounding of the point, and the gradient with it; normal and curvature are
+// those of one side.
 enum PointStatus : std::uint32_t { regular = 0, umbilic = 1, boundary = 2, undefined = 4, crease = 8 };
 
 // Properties of surface points, as bits.
@@ -57,8 +59,8 @@ constexpr std::uint32_t operator|(Property a, Property b) { return std::uint32_t
 constexpr std::uint32_t operator|(std::uint32_t a, Property b) { return a | std::uint32_t(b); }
 constexpr bool contains(std::uint32_t set, Property p) { return (set & std::uint32_t(p)) != 0; }
 
-// Where on the surface a point lies, for kinds that have coordinates. Meshes: `part` is the triangle, and the location is
-// (1-u-v)·a + u·b + v·c of its corners.
+// Where on the surface a point lies, for kinds that have coordinates. Meshes: `part` is the triangle, and the location
+// is (1-u-v)·a + u·b + v·c of its corners.
 struct SurfaceCoordinates {
   std::uint32_t part = 0;
   float u = 0, v = 0;
@@ -137,8 +139,8 @@ struct ProbeOptions {
 };
 
 struct PrepareOptions {
-  // Called while the surface is made ready, where that takes long: while the hierarchy of a mesh is built. Calls come one at a time,
-  // but from any thread. What it throws ends the work and leaves the Interrogator's constructor.
+  // Called while the surface is made ready, where that takes long: while the hierarchy of a mesh is built. Calls come
+  // one at a time, but from any thread. What it throws ends the work and leaves the Interrogator's constructor.
   std::function<void(std::size_t done, std::size_t total)> progress = {};
 };
 
@@ -149,7 +151,8 @@ class Interrogator {
 
   HitList cast(const RayBatch& rays, const CastOptions& options = {}) const;
 
-  // Properties of the level set through each point; on kinds that are no level sets those of the surface's nearest point.
+  // Properties of the level set through each point; on kinds that are no level sets those of the surface's nearest
+  // point.
   PointProperties probe(std::span<const glm::vec3> points, std::uint32_t properties,
                         const ProbeOptions& options = {}) const;
 
@@ -164,10 +167,11 @@ class Interrogator {
   std::shared_ptr<SurfaceQueries> queries_;
 };
 
-// Properties at all vertices of a mesh, one after the other, made anew by each call: normals weighted by the triangles' angles, and curvature
-// in their planes, as hits with MeshNormals::interpolated have them. The mesh alone is needed, no surface that rays can be cast on.
-// `properties`: normal, gauss, mean, principal and directions. Vertices of no triangle, and where normals cancel, have no normal
-// and the status `undefined`; non-manifold ones and those with too few neighbours have no curvature.
+// Properties at all vertices of a mesh, one after the other, made anew by each call: normals weighted by the triangles'
+// angles, and curvature in their planes, as hits with MeshNormals::interpolated have them. The mesh alone is needed, no
+// surface that rays can be cast on.
+// `properties`: normal, gauss, mean, principal and directions. Vertices of no triangle, and where normals cancel, have
+// no normal and the status `undefined`; non-manifold ones and those with too few neighbours have no curvature.
 // Throws Error (memory) that says how much was needed.
 PointProperties vertex_properties(const Device& device, const Mesh& mesh, std::uint32_t properties);
 

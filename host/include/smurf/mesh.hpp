@@ -1,8 +1,9 @@
 // Meshes: triangles over shared vertices.
 //
-// Coordinates are floats; what a file states more precisely is rounded to the nearest float. Polygons of more than three corners
-// are split into triangles. Triangles without area are no surface: they are dropped, and counted. A mesh is oriented by its faces: the
-// normal of triangle (a, b, c) is that of (b-a) x (c-a), so that corners run counter-clockwise when seen from where it points to.
+// Coordinates are floats; what a file states more precisely is rounded to the nearest float. Polygons of more than
+// three corners are split into triangles. Triangles without area are no surface: they are dropped, and counted. A mesh
+// is oriented by its faces: the normal of triangle (a, b, c) is that of (b-a) x (c-a), so that corners run
+// counter-clockwise when seen from where it points to.
 #pragma once
 
 #include <cstddef>
@@ -32,13 +33,13 @@ struct MeshRepairs {
   friend bool operator==(const MeshRepairs&, const MeshRepairs&) = default;
 };
 
-// Of a whole mesh. `mixed`: some edges are inconsistently oriented. `open`: consistent, but not closed. Otherwise by the sign of the
-// enclosed volume, to which cavities count as negative; `flat` when it is zero to rounding.
+// Of a whole mesh. `mixed`: some edges are inconsistently oriented. `open`: consistent, but not closed. Otherwise by
+// the sign of the enclosed volume, to which cavities count as negative; `flat` when it is zero to rounding.
 enum class MeshOrientation : std::uint32_t { outward, inward, flat, open, mixed };
 std::string_view name_of(MeshOrientation orientation);
 
-// Of a vertex, as bits. `boundary`: on an edge of a single triangle. `non_manifold`: on an edge of more than two triangles, or its
-// triangles form more than one fan.
+// Of a vertex, as bits. `boundary`: on an edge of a single triangle. `non_manifold`: on an edge of more than two
+// triangles, or its triangles form more than one fan.
 enum VertexState : std::uint8_t {
   vertex_regular = 0,
   vertex_boundary = 1,
@@ -64,15 +65,16 @@ struct MeshTopology {
   double volume = 0;  // signed, of a closed mesh; 0 of others
 };
 
-// Immutable; copies share the arrays. Takes 12 bytes a vertex and 16 a triangle; its topology, found when first asked for in
-// O(n log n), 1 byte a vertex more, and while it is being found 36 bytes a triangle and 8 a vertex.
+// Immutable; copies share the arrays. Takes 12 bytes a vertex and 16 a triangle; its topology, found when first asked
+// for in O(n log n), 1 byte a vertex more, and while it is being found 36 bytes a triangle and 8 a vertex.
 class Mesh {
  public:
   std::size_t vertex_count() const { return vertices().size(); }
   std::size_t face_count() const { return faces().size(); }
   std::span<const glm::vec3> vertices() const;
   std::span<const glm::uvec3> faces() const;  // triangles, as indices of vertices
-  // Per triangle the number of the face that it was made of, as given: in the file's order, counting those that were dropped.
+  // Per triangle the number of the face that it was made of, as given: in the file's order, counting those that were
+  // dropped.
   std::span<const std::uint32_t> source_faces() const;
   std::uint64_t source_face_count() const;
   const MeshRepairs& repairs() const;
@@ -92,20 +94,21 @@ class Mesh {
   std::shared_ptr<const Data> data_;
 };
 
-// From arrays, which are copied. Throws Error (input) on a coordinate that is not finite, on an index without a vertex, and when no
-// triangle with area is left.
+// From arrays, which are copied. Throws Error (input) on a coordinate that is not finite, on an index without a vertex,
+// and when no triangle with area is left.
 Mesh make_mesh(std::span<const glm::vec3> vertices, std::span<const glm::uvec3> faces, const MeshOptions& options = {});
 
-// From polygons: face i has sizes[i] corners, which follow each other in `corners`. Polygons should be nearly flat and must not have
-// more than 16384 corners; concave ones are split along diagonals inside.
+// From polygons: face i has sizes[i] corners, which follow each other in `corners`. Polygons should be nearly flat and
+// must not have more than 16384 corners; concave ones are split along diagonals inside.
 Mesh make_mesh(std::span<const glm::vec3> vertices, std::span<const std::uint32_t> corners,
                std::span<const std::uint32_t> sizes, const MeshOptions& options = {});
 
-// From a file: OFF, OBJ, PLY (text and binary) and STL (text and binary) with the file's own vertices and faces, all groups and objects;
-// normals, texture coordinates and colours are not read. STL, which has no connectivity, is always welded. Other formats as far as the
-// library assimp reads them, placed by the nodes of their scene, and always welded, because assimp takes vertices apart.
-// Throws Error (input) that names the file, and for text the line: missing, no mesh, truncated, longer than it says, indices without a
-// vertex, and what make_mesh does not take.
+// From a file: OFF, OBJ, PLY (text and binary) and STL (text and binary) with the file's own vertices and faces, all
+// groups and objects; normals, texture coordinates and colours are not read. STL, which has no connectivity, is always
+// welded. Other formats as far as the library assimp reads them, placed by the nodes of their scene, and always welded,
+// because assimp takes vertices apart.
+// Throws Error (input) that names the file, and for text the line: missing, no mesh, truncated, longer than it says,
+// indices without a vertex, and what make_mesh does not take.
 Mesh load_mesh(const std::filesystem::path& file, const MeshOptions& options = {});
 
 }  // namespace smurf

@@ -17,7 +17,8 @@ namespace smurf {
 class SurfaceDefinition;  // internal: one class per kind, see host/surfaces/surface_definition.hpp
 
 // How a continuous field is made from samples.
-//   trilinear    interpolates; derivatives are central differences over one cell (one-sided at the boundary nodes), interpolated
+//   trilinear    interpolates; derivatives are central differences over one cell (one-sided at the boundary nodes),
+//                interpolated
 //   tricubic     interpolating cubic B-spline (prefiltered, Unser 1999), C², with its own derivatives
 //   catmull_rom  interpolating cubic convolution, C¹, with its own derivatives
 // Cubic reconstructions continue the data beyond the boundary mirrored about the outer nodes.
@@ -62,28 +63,31 @@ struct Domain {
 
 using Parameters = std::map<std::string, double>;  // named constants of an expression
 
-// The surface f = 0 of an equation in x, y, z: + - * / ^, numbers, pi, e, sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt abs
-// min max floor mod pow. Normals point to greater values: n = ∇f/|∇f|. Every root on a ray is found or enclosed, with proof, by Taylor
-// models and interval arithmetic in float; where the function is undefined there is no surface. Throws Error (input) that says where the text is wrong.
+// The surface f = 0 of an equation in x, y, z: + - * / ^, numbers, pi, e, sin cos tan asin acos atan atan2 sinh cosh
+// tanh exp log sqrt abs min max floor mod pow. Normals point to greater values: n = ∇f/|∇f|. Every root on a ray is
+// found or enclosed, with proof, by Taylor models and interval arithmetic in float; where the function is undefined
+// there is no surface. Throws Error (input) that says where the text is wrong.
 Surface implicit(std::string_view equation, const Domain& domain, const Parameters& parameters = {});
 
 // The surface f = isovalue of an expression. Normals point to smaller values: n = -∇f/|∇f|.
 Surface isosurface(std::string_view expression, double isovalue, const Domain& domain,
                    const Parameters& parameters = {});
 
-// An equation from a file: .jsurf (algebraic surfaces; the domain is a ball of radius 5 unless given) or .vm (tapes of operations; the
-// domain is [-1, 1]³ unless given).
+// An equation from a file: .jsurf (algebraic surfaces; the domain is a ball of radius 5 unless given) or .vm (tapes of
+// operations; the domain is [-1, 1]³ unless given).
 Surface load_implicit(const std::filesystem::path& file, const std::optional<Domain>& domain = std::nullopt);
 
-// Which normal, and so which tangent plane, a mesh has at a point: that of the triangle, or one that runs smoothly between normals of the
-// vertices (Phong 1975).
+// Which normal, and so which tangent plane, a mesh has at a point: that of the triangle, or one that runs smoothly
+// between normals of the vertices (Phong 1975).
 enum class MeshNormals { face, interpolated };
 
-// A polygon mesh. Normals point to where corners run counter-clockwise. A ray crosses an edge or a vertex that triangles share once where
-// the surface passes from one side of it to the other, and twice or not at all at a silhouette; a triangle that lies along a ray is not hit.
-// With `spatial_splits` the hierarchy over the triangles may keep one in several leaves, for as much of it as lies there (Stich, Friedrich,
-// Dietrich 2009). Hits are the same; rays meet fewer triangles that are long, thin and aslant (of 20,000 such strips a third of the time was
-// left), building takes 20 to 80 times as long, there are up to four times as many leaves, and rays of hundreds of hits take longer.
+// A polygon mesh. Normals point to where corners run counter-clockwise. A ray crosses an edge or a vertex that
+// triangles share once where the surface passes from one side of it to the other, and twice or not at all at a
+// silhouette; a triangle that lies along a ray is not hit.
+// With `spatial_splits` the hierarchy over the triangles may keep one in several leaves, for as much of it as lies
+// there (Stich, Friedrich, Dietrich 2009). Hits are the same; rays meet fewer triangles that are long, thin and aslant
+// (of 20,000 such strips a third of the time was left), building takes 20 to 80 times as long, there are up to four
+// times as many leaves, and rays of hundreds of hits take longer.
 Surface mesh_surface(const Mesh& mesh, MeshNormals normals = MeshNormals::face, bool spatial_splits = false);
 
 // What samples keep of a surface that is given by an expression: isosurface(volume, isovalue) stands where that surface
@@ -95,9 +99,10 @@ struct SampledField {
   Domain domain;  // where the surface is looked at
 };
 
-// Evaluates in double, and rounds to float, at `size` nodes over the box of the domain; `apron` more nodes beyond each of its
-// faces keep the border of the volume, where the data is continued by mirroring, away from it. Throws Error (input) when the
-// surface is not given by an expression, when there are fewer than two nodes along an axis, and when the domain has no extent.
+// Evaluates in double, and rounds to float, at `size` nodes over the box of the domain; `apron` more nodes beyond each
+// of its faces keep the border of the volume, where the data is continued by mirroring, away from it. Throws Error
+// (input) when the surface is not given by an expression, when there are fewer than two nodes along an axis, and when
+// the domain has no extent.
 SampledField sample_field(const Surface& surface, const glm::ivec3& size, int apron = 0);
 
 // Reads a surface description (JSON); file names in it are relative to the description.

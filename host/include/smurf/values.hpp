@@ -1,6 +1,6 @@
-// Vectors of results. Memory is not cleared before a device writes to it, and blocks of many pages are kept for the next results when they are
-// given back (64 MiB at most, and of large ones 512 MiB more, which stand on large pages and which the system may reclaim): clearing and page
-// faults would cost as much as a fast query itself.
+// Vectors of results. Memory is not cleared before a device writes to it, and blocks of many pages are kept for the
+// next results when they are given back (64 MiB at most, and of large ones 512 MiB more, which stand on large pages and
+// which the system may reclaim): clearing and page faults would cost as much as a fast query itself.
 #pragma once
 
 #include <algorithm>
@@ -27,7 +27,8 @@ struct ResultAllocator {
   ResultAllocator(const ResultAllocator<U>&) {}
   T* allocate(std::size_t count) { return static_cast<T*>(allocate_results(count * sizeof(T))); }
   void deallocate(T* memory, std::size_t) noexcept { free_results(memory); }
-  // Elements without an initial value stay as they are, also where their type has values of its own to begin with: a device writes them.
+  // Elements without an initial value stay as they are, also where their type has values of its own to begin with: a
+  // device writes them.
   template <class U>
   void construct(U*) noexcept {
     static_assert(std::is_trivially_copyable_v<U>);
@@ -45,8 +46,8 @@ struct ResultAllocator {
 template <class T>
 using Values = std::vector<T, ResultAllocator<T>>;
 
-// A column of results: read-only values in memory that columns and their copies share, so that a device can write many columns
-// at once and none is copied.
+// A column of results: read-only values in memory that columns and their copies share, so that a device can write many
+// columns at once and none is copied.
 template <class T>
 class Column {
  public:

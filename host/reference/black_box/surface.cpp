@@ -1,8 +1,9 @@
 // Black boxes, answered by the reference, which asks the function that the user gave for the host, in double precision.
 //
-// Rays are sampled eight times as finely as devices do, evenly, whatever is known of the gradient. Changes of sign are followed by Brent's
-// method, and taken for roots where |f| then falls with the distance from the place found; least values of |f| among neighbours of one sign are
-// looked into by golden sections. Derivatives are central differences, with steps for double precision.
+// Rays are sampled eight times as finely as devices do, evenly, whatever is known of the gradient. Changes of sign are
+// followed by Brent's method, and taken for roots where |f| then falls with the distance from the place found; least
+// values of |f| among neighbours of one sign are looked into by golden sections. Derivatives are central differences,
+// with steps for double precision.
 #include "surfaces/black_box/definition.hpp"
 
 #include <algorithm>

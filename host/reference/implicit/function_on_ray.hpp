@@ -1,5 +1,5 @@
-// A function restricted to the part of a ray that lies in its domain, in double precision: values, slopes, and what rounding leaves of
-// them. Rays are seen from where they enter, so that far origins and long directions lose nothing.
+// A function restricted to the part of a ray that lies in its domain, in double precision: values, slopes, and what
+// rounding leaves of them. Rays are seen from where they enter, so that far origins and long directions lose nothing.
 #pragma once
 
 #include <array>

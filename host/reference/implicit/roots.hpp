@@ -20,8 +20,8 @@
 // "On the surface" means |f - level| <= tolerance·scale, of the piece, or within rounding: the width of the function's
 // bounds over the box of the rounding errors of a point. Stretches on the surface are isolated, tangent and unresolved
 // as in RayRoots, a plateau being longer than 1/1000 of the span. Hits in rough pieces of more than one change of sign
-// are unresolved, and all that come after a ray took 65536 pieces and whose piece was no series; after that, pieces that
-// are undefined in part are left out.
+// are unresolved, and all that come after a ray took 65536 pieces and whose piece was no series; after that, pieces
+// that are undefined in part are left out.
 //
 // Not found: what polynomials cannot have, features narrower than the sampling (up to 1/2600 of the span) that leave no
 // trace outside, as a thin rod of a union may.

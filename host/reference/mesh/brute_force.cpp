@@ -46,7 +46,8 @@ Sum edge_function(const Line& line, const dvec3& a, const dvec3& b) {
   return sum;
 }
 
-// The side that the moved line passes on, where the line itself meets the edge: the first component of d x (b-a) that is not zero.
+// The side that the moved line passes on, where the line itself meets the edge: the first component of d x (b-a) that
+// is not zero.
 int side_when_moved(const Line& line, const dvec3& a, const dvec3& b) {
   const dvec3& d = line.direction;
   for (int x = 0; x < 3; x++) {
@@ -78,8 +79,8 @@ Sum plane_distance(const Line& line, const Corners& p) {
 
 // ---- Quick rejections, in double with bounds on their error
 
-// Whether two edge functions are sure to differ in sign. With p = a-o, q = b-a each rounded once, eight roundings at most stand between
-// d·(p x q) and the truth, each at most 2^-53 of the sum of magnitudes.
+// Whether two edge functions are sure to differ in sign. With p = a-o, q = b-a each rounded once, eight roundings at
+// most stand between d·(p x q) and the truth, each at most 2^-53 of the sum of magnitudes.
 bool surely_missed(const Line& line, const Corners& corners) {
   const dvec3& d = line.direction;
   bool positive = false, negative = false;
@@ -94,7 +95,8 @@ bool surely_missed(const Line& line, const Corners& corners) {
   return positive && negative;
 }
 
-// Whether the line passes by the box, seen along each axis in turn. The slack covers the roundings, which are relative to the magnitudes.
+// Whether the line passes by the box, seen along each axis in turn. The slack covers the roundings, which are relative
+// to the magnitudes.
 bool surely_passes(const Line& line, const dvec3& lower, const dvec3& upper) {
   const dvec3 d = line.direction, to_middle = 0.5 * (lower + upper) - line.origin, half = 0.5 * (upper - lower);
   const dvec3 size = glm::abs(line.origin) + glm::abs(lower) + glm::abs(upper);

@@ -1,11 +1,14 @@
-// Meshes in double precision: rays against all triangles, with exact decisions; normals and curvature at hits; nearest points.
+// Meshes in double precision: rays against all triangles, with exact decisions; normals and curvature at hits; nearest
+// points.
 //
 // ---- Which triangles a ray crosses
 //
-// Each ray is moved by an infinitesimal vector e = (e_x, e_y, e_z), e_x >> e_y >> e_z > 0: its origin becomes o + e, its direction d
-// stays. A triangle is crossed when the moved line passes through its inside. The moved line is a true line in general position, the same
-// for all triangles, so that it passes through no vertex, no edge and into no plane that is parallel to it. Therefore, for every ray:
-//   - at a shared edge or vertex the triangles around it are crossed as often as a line beside it crosses them: once where the surface
+// Each ray is moved by an infinitesimal vector e = (e_x, e_y, e_z), e_x >> e_y >> e_z > 0: its origin becomes o + e,
+// its direction d stays. A triangle is crossed when the moved line passes through its inside. The moved line is a true
+// line in general position, the same for all triangles, so that it passes through no vertex, no edge and into no plane
+// that is parallel to it. Therefore, for every ray:
+//   - at a shared edge or vertex the triangles around it are crossed as often as a line beside it crosses them: once
+//   where the surface
 //     passes from one side to the other, twice or not at all at a silhouette;
 //   - a triangle in whose plane the ray lies is not crossed;
 //   - a mesh in which every edge has an even number of triangles is crossed an even number of times.
@@ -13,14 +16,15 @@
 //   D(a, b) = det[d, a-o, b-o],   with the moved origin D + det[d, a-o-e, b-o-e] - D = D + e·(d x (b-a)),
 // as D is affine in o. So the side is that of the first of these numbers that is not zero:
 //   D(a, b),  (d x (b-a))_x,  (d x (b-a))_y,  (d x (b-a))_z.
-// It changes its sign when a and b are swapped, and depends on nothing but the ray and the two points, so that all triangles agree on it.
-// All four are zero only for an edge parallel to d. Then every triangle of this edge is parallel to d: det[d, b-a, c-a] = 0, and it is not
-// crossed. Another triangle (a, b, c) is crossed when D(a, b), D(b, c), D(c, a) have the same side. All signs are exact: products of
-// doubles are summed without rounding where a bound on the error does not decide.
+// It changes its sign when a and b are swapped, and depends on nothing but the ray and the two points, so that all
+// triangles agree on it.
+// All four are zero only for an edge parallel to d. Then every triangle of this edge is parallel to d: det[d, b-a, c-a]
+// = 0, and it is not crossed. Another triangle (a, b, c) is crossed when D(a, b), D(b, c), D(c, a) have the same side.
+// All signs are exact: products of doubles are summed without rounding where a bound on the error does not decide.
 //
-// The numbers of a hit are those of the ray as it is: t = det[a-o, b-a, c-a] / det[d, b-a, c-a], and weights of the corners a, b, c in
-// proportion to D(b, c), D(c, a), D(a, b), never negative. They are quotients of exact sums, right to the last places however far the
-// origin and however thin the triangle. A hit is kept when t lies in [t_min, t_max].
+// The numbers of a hit are those of the ray as it is: t = det[a-o, b-a, c-a] / det[d, b-a, c-a], and weights of the
+// corners a, b, c in proportion to D(b, c), D(c, a), D(a, b), never negative. They are quotients of exact sums, right
+// to the last places however far the origin and however thin the triangle. A hit is kept when t lies in [t_min, t_max].
 #pragma once
 
 #include <cstddef>
@@ -66,9 +70,10 @@ class ReferenceMesh {
   // Vertex normals (mesh_curvature.hpp) weighted by barycentrics.
   glm::dvec3 interpolated_normal(const MeshPoint& point) const;
 
-  // The normal, by choice of the face or interpolated, and the curvature: the vertices' tensors (mesh_curvature.hpp) weighted by
-  // barycentrics, restricted to the plane of the normal. `boundary` where a vertex of weight lies on the boundary, so that its
-  // neighbours lie to one side; `undefined` with NaN as curvatures, but a normal, where one has no curvature.
+  // The normal, by choice of the face or interpolated, and the curvature: the vertices' tensors (mesh_curvature.hpp)
+  // weighted by barycentrics, restricted to the plane of the normal. `boundary` where a vertex of weight lies on the
+  // boundary, so that its neighbours lie to one side; `undefined` with NaN as curvatures, but a normal, where one has
+  // no curvature.
   // The vertices' tensors are computed when first asked for.
   SurfaceFrame measure(const MeshPoint& point, bool of_face) const;
 

@@ -1,5 +1,6 @@
-// Surfaces of functions that are known by their values alone: f(x, y, z) = level in a domain, f a user's own source (smurf/black_box.hpp). The
-// host description is shared by the device side (black_box.cpp) and the reference (host/reference/black_box/surface.cpp).
+// Surfaces of functions that are known by their values alone: f(x, y, z) = level in a domain, f a user's own source
+// (smurf/black_box.hpp). The host description is shared by the device side (black_box.cpp) and the reference
+// (host/reference/black_box/surface.cpp).
 #pragma once
 
 #include "smurf/black_box.hpp"

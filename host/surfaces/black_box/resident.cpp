@@ -1,4 +1,5 @@
-// Black boxes on a device: the user's source becomes a module of the kernels (kernels/black_box/surface.inc). Device memory: a few words.
+// Black boxes on a device: the user's source becomes a module of the kernels (kernels/black_box/surface.inc). Device
+// memory: a few words.
 #include "surfaces/black_box/definition.hpp"
 
 #include <fmt/format.h>
@@ -23,7 +24,8 @@ double largest_coordinate(const Domain& domain) {
   return std::max({most.x, most.y, most.z});
 }
 
-// The grid on which stencils are exact: a power of two, such that 1.5·2^23 of it plus or minus any coordinate they reach is rounded to it.
+// The grid on which stencils are exact: a power of two, such that 1.5·2^23 of it plus or minus any coordinate they
+// reach is rounded to it.
 double stencil_grid(const BlackBoxSurface& surface) {
   const double reach = largest_coordinate(surface.domain) + 3 * surface.difference_step(2, 24);
   return std::ldexp(1.0, std::ilogb(reach) - 21);

@@ -63,7 +63,8 @@ void spread_distances(std::vector<std::uint8_t>& distance, glm::ivec3 blocks) {
   sweep(-1);
 }
 
-// A step between elements that is taken by two shifts and a sum, which is sooner done than a product: the least 2^a + 2^b not below n.
+// A step between elements that is taken by two shifts and a sum, which is sooner done than a product: the least 2^a +
+// 2^b not below n.
 class ShiftStep {
  public:
   explicit ShiftStep(std::int64_t n) {
@@ -101,7 +102,8 @@ ActiveCells::ActiveCells(Executor& executor, glm::ivec3 cells, const Texts& modu
       distances_(executor, std::size_t(slice_step(blocks_).size()) * std::size_t(blocks_.z), "cell distances") {}
 
 void ActiveCells::define_traversal(Texts& defines, glm::ivec3 cells, bool aligned) {
-  // Floats that are read as places have 14 bits or more for a cell's fraction; with fewer a traversal would be less exact than by plain floats.
+  // Floats that are read as places have 14 bits or more for a cell's fraction; with fewer a traversal would be less
+  // exact than by plain floats.
   constexpr int most_by_bits = 512;
   defines["TRAVERSAL_BY_BITS"] = std::max({cells.x, cells.y, cells.z}) <= most_by_bits ? "1" : "0";
   defines["GRID_ALIGNED"] = aligned ? "1" : "0";

@@ -1,8 +1,8 @@
 // Isosurfaces of sampled volumes on a device: samples or B-spline coefficients, bounds per block of 4³
 // cells, a bit per cell that can hold a root, and for every cell its distance to the nearest such cell.
 //
-// Device memory for n³ samples of b bytes: b·n³ (4·(n+2)³ for tricubic, and as much again while it is set up), and for each block of
-// 64 cells 8 bytes of bounds and what active_cells.hpp says.
+// Device memory for n³ samples of b bytes: b·n³ (4·(n+2)³ for tricubic, and as much again while it is set up), and for
+// each block of 64 cells 8 bytes of bounds and what active_cells.hpp says.
 #include "surfaces/grid/definition.hpp"
 
 #include <fmt/format.h>
@@ -65,8 +65,8 @@ void restore_non_finite(const Volume& volume, Executor& executor, DeviceBuffer& 
   }
 }
 
-// A volume of one sample along an axis has no cells. On the device it gets a second, equal layer there, while its domain
-// stays flat: rays within it are answered as on any other.
+// A volume of one sample along an axis has no cells. On the device it gets a second, equal layer there, while its
+// domain stays flat: rays within it are answered as on any other.
 Volume thickened(const Volume& volume) {
   const glm::ivec3 size = volume.size(), thick = glm::max(size, glm::ivec3(2));
   if (thick == size) return volume;

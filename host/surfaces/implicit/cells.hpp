@@ -1,5 +1,5 @@
-// The cells that the domain of an expression is cut into on a device, whether it is compiled (implicit.cpp) or interpreted
-// (implicit_tape.cpp), and what the device is told of surface and cells.
+// The cells that the domain of an expression is cut into on a device, whether it is compiled (implicit.cpp) or
+// interpreted (implicit_tape.cpp), and what the device is told of surface and cells.
 #pragma once
 
 #include <array>
@@ -26,7 +26,8 @@ struct CellGrid {
 // The parameter buffer (implicit/layout.inc), but for the box of active cells.
 std::array<std::uint32_t, IMPLICIT_UNIFORM_WORDS> uniform_words(const ImplicitSurface& surface, const CellGrid& grid);
 
-// The cells of a surface's domain on a device: which of them are active, and their Taylor models (kernels/implicit/taylor_model.inc).
+// The cells of a surface's domain on a device: which of them are active, and their Taylor models
+// (kernels/implicit/taylor_model.inc).
 class ImplicitCells {
  public:
   // All that is referred to must outlive this. The source module "models" makes models.
@@ -35,8 +36,8 @@ class ImplicitCells {
 
   // The cells that the module "cells" leaves over (kernels/implicit/cells.inc).
   std::vector<glm::uvec2> find() { return active_.find(); }
-  // Takes of these cells those whose models can be the level. `tape_places` says where the tape of each block stands in `tapes`;
-  // both are empty for expressions that are compiled.
+  // Takes of these cells those whose models can be the level. `tape_places` says where the tape of each block stands in
+  // `tapes`; both are empty for expressions that are compiled.
   void make(std::vector<glm::uvec2> bits, std::span<const std::uint32_t> tape_places, DeviceBuffer* tapes);
 
   DeviceBuffer* distances() const { return active_.distances(); }
@@ -58,7 +59,8 @@ class ImplicitCells {
   const std::size_t sides_;  // models of a cell: 2 where the function has creases
 };
 
-// Whether devices interpret the expression in place of compiling it, which for straight code of this length takes compilers minutes.
+// Whether devices interpret the expression in place of compiling it, which for straight code of this length takes
+// compilers minutes.
 bool is_interpreted(const ImplicitFunction& function);
 
 // host/surfaces/implicit/tape.cpp

@@ -1,6 +1,6 @@
-// Surfaces given by expressions: f(x, y, z) = level in a domain. Implicit equations (level 0, normals out of f < 0) and isosurfaces of
-// analytic fields (normals out of the denser side) are the same kind of surface; the host description is shared by the device side
-// (implicit.cpp) and the reference (host/reference/implicit/surface.cpp).
+// Surfaces given by expressions: f(x, y, z) = level in a domain. Implicit equations (level 0, normals out of f < 0) and
+// isosurfaces of analytic fields (normals out of the denser side) are the same kind of surface; the host description is
+// shared by the device side (implicit.cpp) and the reference (host/reference/implicit/surface.cpp).
 #pragma once
 
 #include <array>

@@ -1,9 +1,10 @@
-// Surfaces given by expressions on a device: the expression and its derivatives become device source, in four arithmetics (kernels/core):
-// intervals with and without their slope along a ray, floats with a bound on their rounding, with their slope along a ray, and as such. The domain is cut into cells; of
-// those that can hold a root the device keeps a Taylor model.
+// Surfaces given by expressions on a device: the expression and its derivatives become device source, in four
+// arithmetics (kernels/core): intervals with and without their slope along a ray, floats with a bound on their
+// rounding, with their slope along a ray, and as such. The domain is cut into cells; of those that can hold a root the
+// device keeps a Taylor model.
 //
-// Device memory: 64 bytes for each active cell (128 where the function is made of minima or maxima in the end), and 1.3 bytes for each
-// cell (active_cells.hpp).
+// Device memory: 64 bytes for each active cell (128 where the function is made of minima or maxima in the end), and 1.3
+// bytes for each cell (active_cells.hpp).
 #include "surfaces/implicit/definition.hpp"
 
 #include <fmt/args.h>
@@ -76,8 +77,9 @@ std::string expression_source(const ImplicitFunction& function) {
   return text;
 }
 
-// The creases of a function: where minima, maxima, choices and absolute values turn from one argument to the other. Each is where a
-// difference vanishes, which can be bounded over a cell much more closely than by comparing bounds of both arguments.
+// The creases of a function: where minima, maxima, choices and absolute values turn from one argument to the other.
+// Each is where a difference vanishes, which can be bounded over a cell much more closely than by comparing bounds of
+// both arguments.
 class Creases {
  public:
   Creases(Graph& graph, NodeId value) : zero_(graph.constant(0)) {
@@ -142,8 +144,9 @@ class Creases {
     }
   }
 
-  // Where a function does not fall when a maximum in it rises, it is the maximum of what it is with either argument in its place; so for
-  // minima, and for |a|, the maximum of a and -a. Several maxima that turn on one difference turn together.
+  // Where a function does not fall when a maximum in it rises, it is the maximum of what it is with either argument in
+  // its place; so for minima, and for |a|, the maximum of a and -a. Several maxima that turn on one difference turn
+  // together.
   void find_sides(const Graph& graph, NodeId value) {
     const auto rises_with = [&](const expression::Node& node, int argument) {
       switch (node.op) {

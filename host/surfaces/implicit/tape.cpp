@@ -1,10 +1,12 @@
-// Surfaces given by long expressions on a device: a tape that kernels interpret (kernels/implicit/tape_cells.inc), shortened for each
-// block of cells to what matters there.
+// Surfaces given by long expressions on a device: a tape that kernels interpret (kernels/implicit/tape_cells.inc),
+// shortened for each block of cells to what matters there.
 //
-// The host bounds the expression on boxes, from large to small, in double intervals; where a box can hold a root its parts are
-// looked at with what is left of the expression there. So most operations are run on few boxes only (Keeter 2020).
+// The host bounds the expression on boxes, from large to small, in double intervals; where a box can hold a root its
+// parts are looked at with what is left of the expression there. So most operations are run on few boxes only (Keeter
+// 2020).
 //
-// Device memory: 1.3 bytes for each cell, 64 for each active one, and 8 for each operation of each tape; equal tapes are kept once.
+// Device memory: 1.3 bytes for each cell, 64 for each active one, and 8 for each operation of each tape; equal tapes
+// are kept once.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-// Polygon meshes as surfaces; the host description is shared by the device side (mesh.cpp) and the reference (host/reference/mesh/surface.cpp).
+// Polygon meshes as surfaces; the host description is shared by the device side (mesh.cpp) and the reference
+// (host/reference/mesh/surface.cpp).
 #pragma once
 
 #include <memory>

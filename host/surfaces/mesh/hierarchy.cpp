@@ -19,8 +19,9 @@
 namespace smurf {
 namespace {
 
-// Lanes test as many as 16 triangles at the price of one, so that leaves of fewer are split no further: on the bunny such leaves have 11 triangles in the mean,
-// where the builder would make half of its leaves of one triangle, and rays with all hits are faster by a tenth.
+// Lanes test as many as 16 triangles at the price of one, so that leaves of fewer are split no further: on the bunny
+// such leaves have 11 triangles in the mean, where the builder would make half of its leaves of one triangle, and rays
+// with all hits are faster by a tenth.
 constexpr unsigned fewest_to_split = 16;
 constexpr float triangle_cost = 0.05f;  // of a node's
 constexpr std::size_t most_parts = 4;   // of a triangle in the mean, where they are split
@@ -101,8 +102,9 @@ struct Build {
   Report report;
 };
 
-// The parts of a primitive, a triangle or what earlier splits left of it, on both sides of a plane. Boxes hold all of the triangle that lies in them: where
-// its edges cross the plane is told in double, and rounded outwards by more than that errs.
+// The parts of a primitive, a triangle or what earlier splits left of it, on both sides of a plane. Boxes hold all of
+// the triangle that lies in them: where its edges cross the plane is told in double, and rounded outwards by more than
+// that errs.
 void split(const RTCBuildPrimitive* primitive, unsigned axis, float at, RTCBounds* left, RTCBounds* right, void* user) {
   const Build& build = *static_cast<const Build*>(user);
   const glm::uvec3 face = build.mesh.faces()[primitive->primID];
@@ -133,7 +135,8 @@ void split(const RTCBuildPrimitive* primitive, unsigned axis, float at, RTCBound
   }
   for (const int side : {0, 1}) {
     glm::vec3 low = lower, high = upper;
-    // Boxes are a little wider than triangles: a plane that passes beside the triangle leaves nothing on one side, where the box is kept.
+    // Boxes are a little wider than triangles: a plane that passes beside the triangle leaves nothing on one side,
+    // where the box is kept.
     const bool some = least[side].x <= most[side].x;
     for (int k = 0; some && k < 3; k++) {
       // From float's neighbours on either side: double errs by far less.

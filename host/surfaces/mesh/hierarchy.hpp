@@ -1,4 +1,5 @@
-// The hierarchy of boxes over a mesh's triangles, built by Embree (rtcBuildBVH) and laid out for kernels (kernels/mesh/layout.inc).
+// The hierarchy of boxes over a mesh's triangles, built by Embree (rtcBuildBVH) and laid out for kernels
+// (kernels/mesh/layout.inc).
 #pragma once
 
 #include <cstddef>
@@ -17,8 +18,10 @@ struct MeshHierarchy {
   glm::vec3 lower{0.0f}, upper{0.0f};    // of the root, a little wider than the mesh
 };
 
-// Of the mesh with its coordinates times `unit`, a power of two; with `spatial_splits` a face may stand in several leaves (smurf/surface.hpp). Calls `progress` with the triangles that are done and all of them, one call at a time, from any thread; what it throws ends the
-// work, and leaves. Throws Error (memory) when the mesh has more triangles than kernels can number.
+// Of the mesh with its coordinates times `unit`, a power of two; with `spatial_splits` a face may stand in several
+// leaves (smurf/surface.hpp). Calls `progress` with the triangles that are done and all of them, one call at a time,
+// from any thread; what it throws ends the work, and leaves. Throws Error (memory) when the mesh has more triangles
+// than kernels can number.
 MeshHierarchy build_hierarchy(const Mesh& mesh, float unit, bool spatial_splits = false,
                               const std::function<void(std::size_t done, std::size_t total)>& progress = {});
 

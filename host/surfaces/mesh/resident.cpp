@@ -1,7 +1,8 @@
 // Polygon meshes on a device: a hierarchy of boxes over blocks of triangles.
 //
-// Device memory: 12 bytes a triangle and 12 a vertex for the mesh, and for the hierarchy with its leaves about 26 a triangle (bunny00). Once
-// properties have been asked for, 64 a vertex more; while they are made, about 120 a vertex on top.
+// Device memory: 12 bytes a triangle and 12 a vertex for the mesh, and for the hierarchy with its leaves about 26 a
+// triangle (bunny00). Once properties have been asked for, 64 a vertex more; while they are made, about 120 a vertex on
+// top.
 #include "surfaces/mesh/definition.hpp"
 
 #include <fmt/format.h>

@@ -271,7 +271,8 @@ struct Part {
   std::vector<uint32_t> rings;  // made here: head and entries
 };
 
-// Which vertex stands at which place: in the order of how far their fans and then their rings reach, so that lanes end together.
+// Which vertex stands at which place: in the order of how far their fans and then their rings reach, so that lanes end
+// together.
 void sort_by_ring(std::span<const int> keys, std::span<uint32_t> order) {
   std::array<uint32_t, fan_keys * entry_keys + 1> begin{};
   for (const int key : keys) begin[std::size_t(key) + 1]++;

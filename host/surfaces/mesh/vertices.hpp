@@ -22,7 +22,8 @@ struct MeshRingTables {
 // Queues what makes them, in lengths of 1 / `unit` (mesh_unit).
 MeshRingTables make_rings(Executor& executor, const Mesh& mesh, float unit);
 
-// In lengths of 1 / `unit`. MESH_VERTEX_WORDS a vertex, as kernels/mesh/layout.inc tells. While they are made, about 270 bytes a vertex more are taken.
+// In lengths of 1 / `unit`. MESH_VERTEX_WORDS a vertex, as kernels/mesh/layout.inc tells. While they are made, about
+// 270 bytes a vertex more are taken.
 // `queue` may launch what reads them, so that the device need not wait for the host in between.
 TypedBuffer<std::uint32_t> make_vertices(Executor& executor, const Mesh& mesh, float unit,
                                          const std::function<void(DeviceBuffer* vertices)>& queue = {});

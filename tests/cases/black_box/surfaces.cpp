@@ -1,5 +1,5 @@
-// Black boxes: a user's own source against closed forms and against the same function as an expression, whose roots are proved; poles and
-// jumps; pairs of roots between samples; derivatives by differences of each order; what is refused.
+// Black boxes: a user's own source against closed forms and against the same function as an expression, whose roots are
+// proved; poles and jumps; pairs of roots between samples; derivatives by differences of each order; what is refused.
 #include "smurf/black_box.hpp"
 
 #include <gtest/gtest.h>
@@ -390,8 +390,9 @@ TEST(BlackBox, DerivativesByDifferences) {
   }
 }
 
-// In double, where truncation shows: half the step, a 2^order-th of the error. Floats, which results are, ask for steps so coarse at order 6 that
-// the next term of the error's series counts, too: worked out for the stencil around the hole, of radius 0.6, the ratio is 56.6 and not 64.
+// In double, where truncation shows: half the step, a 2^order-th of the error. Floats, which results are, ask for steps
+// so coarse at order 6 that the next term of the error's series counts, too: worked out for the stencil around the
+// hole, of radius 0.6, the ratio is 56.6 and not 64.
 TEST(BlackBox, DifferencesHaveTheirOrder) {
   const TorusPoints torus = torus_points(500);
   // Coarse enough that results, which are floats, show it.

@@ -154,8 +154,8 @@ TEST(GridClosedForms, SphereOfSixteenVoxels) {
   expect_distance_field("sphere", field, glm::ivec3(49), {Reconstruction::catmull_rom, 5e-3, 1e-2, 1e-1});
   expect_distance_field("sphere", field, glm::ivec3(49), {Reconstruction::trilinear, 2e-2, 2e-2, 1e-1});
 }
-// Curved regions end seven samples before the border and before the kinks of the distance: what mirroring bends fades by
-// sqrt(3) - 2 a sample.
+// Curved regions end seven samples before the border and before the kinks of the distance: what mirroring bends fades
+// by sqrt(3) - 2 a sample.
 TEST(GridClosedForms, Cylinder) {
   expect_distance_field("cylinder", cylinder_field({20.3, 19.8, 0}, {0, 0, 1}, 12), {41, 41, 25},
                         {Reconstruction::tricubic, 2e-3, 5e-3, 3e-2});

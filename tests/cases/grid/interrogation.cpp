@@ -1,4 +1,5 @@
-// What an interrogator promises beside correct roots: no hit is dropped, updates, memory, bad rays, properties on demand.
+// What an interrogator promises beside correct roots: no hit is dropped, updates, memory, bad rays, properties on
+// demand.
 #include <gtest/gtest.h>
 
 #include <array>

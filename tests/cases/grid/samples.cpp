@@ -169,7 +169,8 @@ TEST(GridSamples, RaysWithinADomainOfNoThickness) {
 }
 
 TEST(GridSamples, ManySamplesAlongOneAxis) {
-  // Numbers of blocks that take every form of a step between rows and slices, and traversals by the bits of floats and by themselves.
+  // Numbers of blocks that take every form of a step between rows and slices, and traversals by the bits of floats and
+  // by themselves.
   for (const glm::ivec3 size :
        {glm::ivec3(70, 3, 9), glm::ivec3(9, 513, 3), glm::ivec3(3, 6, 514), glm::ivec3(4000, 3, 5)}) {
     const Volume volume = sample(*layers_field(glm::dvec3(40.0) / glm::dvec3(size)), {.size = size});

@@ -1,8 +1,9 @@
 // Gauss and mean curvature of implicit surfaces against closed forms, on every device, at the hits of random rays.
 //
-// The forms are those of differential geometry, in the signs of the library: n = ∇f/|∇f|, positive where the surface bends away from it.
-// The Barth sextic has none; its derivatives are taken by the rules of products in double (harness/sturm.hpp), without the library's
-// derivatives of expressions.
+// The forms are those of differential geometry, in the signs of the library: n = ∇f/|∇f|, positive where the surface
+// bends away from it.
+// The Barth sextic has none; its derivatives are taken by the rules of products in double (harness/sturm.hpp), without
+// the library's derivatives of expressions.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,12 +25,14 @@ KERNELS(find_hits, count_blocks, order_rows, measure);
 namespace smurf::test {
 namespace {
 
-// The promise of the library. It is relative; but where one curvature or the sum of both vanishes (the parabolic circles of a torus),
-// relative to this part of the greater one, or its square: of two numbers known to 1e-6 each nobody knows the sum any better.
+// The promise of the library. It is relative; but where one curvature or the sum of both vanishes (the parabolic
+// circles of a torus), relative to this part of the greater one, or its square: of two numbers known to 1e-6 each
+// nobody knows the sum any better.
 constexpr double relative = 1e-4;
 constexpr double relative_in_double = 1e-6;  // the reference; locations are floats, a rounding off the surface
 constexpr double cancelled = 0.02;
-// Hits nearer to a node are left out: there curvature grows without bounds, and a location that is a float is not on the surface.
+// Hits nearer to a node are left out: there curvature grows without bounds, and a location that is a float is not on
+// the surface.
 constexpr double near_node = 0.03;
 
 struct Curvature {

@@ -1,5 +1,6 @@
-// Algebraic surfaces (harness/sturm.hpp) and the gyroid on random rays against the exact number and place of their roots: whatever a
-// device says is isolated must be exactly one root, and every root must be an isolated hit or lie in the enclosure of one that is flagged.
+// Algebraic surfaces (harness/sturm.hpp) and the gyroid on random rays against the exact number and place of their
+// roots: whatever a device says is isolated must be exactly one root, and every root must be an isolated hit or lie in
+// the enclosure of one that is flagged.
 //
 // SMURF_TEST_DENSE=50 makes it 100,000 rays a surface.
 #include <fmt/format.h>
@@ -38,16 +39,17 @@ namespace {
 constexpr std::size_t usual_rays = 2000;
 constexpr std::size_t few_rays = 100;  // on Vulkan, where it is a processor; twice as many for the reference
 
-// t is a float, and the sum of two: where the ray enters the domain, and how far the hit is from there. Each rounds to half a unit of
-// its last place, 2^-24 of the farthest t.
+// t is a float, and the sum of two: where the ray enters the domain, and how far the hit is from there. Each rounds to
+// half a unit of its last place, 2^-24 of the farthest t.
 constexpr double rounding_of_t = 2 * 0x1p-24;
-// Roots this close to the border of the domain, in parts of its size, may be found or not: devices clip in floats, from where the ray
-// begins, which is one and a half such sizes away.
+// Roots this close to the border of the domain, in parts of its size, may be found or not: devices clip in floats, from
+// where the ray begins, which is one and a half such sizes away.
 constexpr double border = 2e-6;
 
-// Rays that may be flagged. Hits that are flagged by floats are decided in double (host/api/resolve_hits.hpp), which leaves those at which
-// rounding in double matters: double roots, and singular points nearer than about 1e-6. Random rays meet neither, not even on
-// surfaces that are singular along whole curves; so it is all flagged rays that count, wherever they are.
+// Rays that may be flagged. Hits that are flagged by floats are decided in double (host/api/resolve_hits.hpp), which
+// leaves those at which rounding in double matters: double roots, and singular points nearer than about 1e-6. Random
+// rays meet neither, not even on surfaces that are singular along whole curves; so it is all flagged rays that count,
+// wherever they are.
 constexpr double most_flagged = 1e-3;
 
 struct Scene {
@@ -119,9 +121,10 @@ Exact exact_of(const Scene& scene) {
           [surface](const Ray& ray, const RayPart& part) { return surface.roots(ray, part); }};
 }
 
-// The gyroid sin x cos y + sin y cos z + sin z cos x is a sum of six sines along a ray, sin x cos y = (sin(x + y) + sin(x - y))/2. The
-// sizes of its second derivative's terms bound how far it departs from its tangent: stretches are halved until they are proved to
-// have no root, or a slope of one sign. In long double, of which a margin of 1e-15 is thousands of roundings.
+// The gyroid sin x cos y + sin y cos z + sin z cos x is a sum of six sines along a ray, sin x cos y = (sin(x + y) +
+// sin(x - y))/2. The sizes of its second derivative's terms bound how far it departs from its tangent: stretches are
+// halved until they are proved to have no root, or a slope of one sign. In long double, of which a margin of 1e-15 is
+// thousands of roundings.
 class GyroidOnRay {
  public:
   explicit GyroidOnRay(const Ray& ray) {
@@ -198,8 +201,8 @@ std::string replay(const Scene& scene, std::size_t index, const Ray& ray, const 
   return replay_command(fmt::format("{} {} {}", scene.name, device.name, index), json, ray, device.name);
 }
 
-// Lines through two random points, from outside: of the whole domain, and every second time of its middle, where most of these
-// surfaces are.
+// Lines through two random points, from outside: of the whole domain, and every second time of its middle, where most
+// of these surfaces are.
 RayBatch chords(const Domain& domain, std::size_t count, unsigned seed) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> unit(0, 1);
@@ -221,7 +224,8 @@ RayBatch chords(const Domain& domain, std::size_t count, unsigned seed) {
   return rays;
 }
 
-// The exact answer for one ray: all roots up to a margin beyond the domain, and the part in which every one of them must be found.
+// The exact answer for one ray: all roots up to a margin beyond the domain, and the part in which every one of them
+// must be found.
 struct Truth {
   DistinctRoots roots;
   RayPart whole{0, 0}, inner{0, 0};
@@ -344,8 +348,8 @@ void run_on(const char* executor, const Scene& scene, const Exact& exact, std::s
 class AlgebraicRoots : public testing::TestWithParam<Scene> {};
 class AlgebraicRootsOnVulkan : public AlgebraicRoots {};
 
-// Compiling one surface after the other takes minutes, so most of the collection is interpreted, by programs that they share: all but
-// those with the highest degrees and the worst singularities. The dense run compiles all.
+// Compiling one surface after the other takes minutes, so most of the collection is interpreted, by programs that they
+// share: all but those with the highest degrees and the worst singularities. The dense run compiles all.
 bool is_compiled(const Scene& scene) {
   constexpr std::array<std::string_view, 5> hardest = {"fantasy_quaste", "fantasy_suess", "record_7eck",
                                                        "record_chmutovoktic", "tutorial_parabel"};

@@ -1,5 +1,5 @@
-// Hits that floats cannot decide, and what double precision makes of them (host/api/resolve_hits.hpp), on every device: sheets that nearly
-// touch, close pairs, double roots, creases and poles, in lists of all hits and as first hits.
+// Hits that floats cannot decide, and what double precision makes of them (host/api/resolve_hits.hpp), on every device:
+// sheets that nearly touch, close pairs, double roots, creases and poles, in lists of all hits and as first hits.
 //
 // Rays are oblique, with directions that floats hold exactly, and cross the planes z = const where z = -1 + t.
 #include <fmt/format.h>

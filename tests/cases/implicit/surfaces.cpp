@@ -1,5 +1,5 @@
-// Surfaces given by expressions: every root on every ray, on every device, against the reference; normals and curvatures; no hit where
-// a function is undefined; closed forms.
+// Surfaces given by expressions: every root on every ray, on every device, against the reference; normals and
+// curvatures; no hit where a function is undefined; closed forms.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,8 +24,8 @@ KERNELS(implicit_models, grid_activate, grid_distances, find_hits, count_blocks,
 namespace smurf::test {
 namespace {
 
-// t: a float's last place at the far end of the ray, and as much for the sum of the entry and what follows it. Roots this close to the
-// border of the domain, in parts of its size, may be found or not: devices clip in floats.
+// t: a float's last place at the far end of the ray, and as much for the sum of the entry and what follows it. Roots
+// this close to the border of the domain, in parts of its size, may be found or not: devices clip in floats.
 constexpr double rounding_of_t = 1.2e-7;
 constexpr double border = 2e-6;
 constexpr double flagged_part = 1e-3;  // of random rays, at most, where there are no singular points
@@ -206,7 +206,8 @@ TEST(ImplicitSurfaces, CutsAndRoots) {
   run("cut", implicit("max(sqrt(x^2+y^2+z^2)-1.5, -(abs(x)+abs(y)+abs(z)-1.7))", box(2)), 3000, false);
 }
 
-// Cells that a crease crosses have a model of each side where the function is the greater or the lesser of both, and none elsewhere.
+// Cells that a crease crosses have a model of each side where the function is the greater or the lesser of both, and
+// none elsewhere.
 TEST(ImplicitSurfaces, MinimaAndMaxima) {
   const char* gyroid = "max(sin(6*x)*cos(6*y)+sin(6*y)*cos(6*z)+sin(6*z)*cos(6*x), x^2+y^2+z^2-1)";
   run("gyroid in a sphere", implicit(gyroid, box(1.1)), 1000, false);
@@ -373,7 +374,8 @@ TEST(ImplicitSurfaces, Tapes) {
   TestDevice* device = test_device("opencl");
   ASSERT_NE(device, nullptr);
   const HitList hits = Interrogator(device->device, surface).cast(rays, {.hits = Hits::all});
-  // Held against signs in double precision: a change between two samples has a hit between them, and an isolated hit is a change.
+  // Held against signs in double precision: a change between two samples has a hit between them, and an isolated hit is
+  // a change.
   const expression::ImplicitFile tape = expression::load_vm(file);
   const expression::Evaluator evaluator(tape.graph, std::span(&tape.root, 1));
   std::vector<double> scratch;
@@ -447,8 +449,8 @@ TEST(ImplicitSurfaces, CreasesSaySo) {
        {{{0.5f, 0.8125f, 0}, true, {0, 1, 0}},
         {{0.5f, 0.8125f, 0.8125f}, true, {0, std::sqrt(0.5f), std::sqrt(0.5f)}},
         {{0.5f, -0.5f, 0}, false, {0.6f, -0.8f, 0}}}},
-      // What turns nothing: a crease within another argument of a maximum, sides that go on alike, a factor that vanishes,
-      // and less than can be seen.
+      // What turns nothing: a crease within another argument of a maximum, sides that go on alike, a factor that
+      // vanishes, and less than can be seen.
       {"y+max(x+9,min(y,z))+max(y,y+z*z)+x*abs(x)+0.0001*abs(z)",
        {{{0, 0.5f, 0.5f}, false, {1, 2, 1}}, {{0, 0.5f, 0}, false, {1, 2, 0}}, {{0.25f, 0, 0}, false, {1.5f, 2, 0}}}},
   };
@@ -477,8 +479,8 @@ TEST(ImplicitSurfaces, CreasesSaySo) {
   }
 }
 
-// Few floats are on the plane in which two spheres meet. What is well off it is no crease, what is on it to double precision is one; in
-// between each executor has its own rounding.
+// Few floats are on the plane in which two spheres meet. What is well off it is no crease, what is on it to double
+// precision is one; in between each executor has its own rounding.
 TEST(ImplicitSurfaces, CreasesByRounding) {
   const auto apart = [](const glm::dvec3& p) { return std::abs(1.5 * p.x - p.y + 0.0625); };
   const Surface surface = implicit(lens, box(2));

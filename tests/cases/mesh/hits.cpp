@@ -1,5 +1,6 @@
-// Rays against polygon meshes, on every device: the same faces in the same order as the reference finds by brute force in exact
-// arithmetic, for rays in general position, of cameras, and for rays that meet vertices, edges and planes of triangles exactly.
+// Rays against polygon meshes, on every device: the same faces in the same order as the reference finds by brute force
+// in exact arithmetic, for rays in general position, of cameras, and for rays that meet vertices, edges and planes of
+// triangles exactly.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -94,7 +95,8 @@ RayBatch hostile_rays(const Mesh& mesh, std::size_t most) {
   return rays.batch();
 }
 
-// Parallel rays on a raster that vertices of lattices lie on, in an image's order: packets that meet edges and vertices together.
+// Parallel rays on a raster that vertices of lattices lie on, in an image's order: packets that meet edges and vertices
+// together.
 RayBatch raster(const Mesh& mesh, int axis) {
   constexpr int across = 32;
   const int x = (axis + 1) % 3, y = (axis + 2) % 3;
@@ -115,7 +117,8 @@ RayBatch raster(const Mesh& mesh, int axis) {
   return batch;
 }
 
-// The same hits, in the same order. Both round the exact t to a float; a result that lies halfway between two floats may go either way.
+// The same hits, in the same order. Both round the exact t to a float; a result that lies halfway between two floats
+// may go either way.
 void expect_same_hits(const HitList& found, const HitList& expected, const std::string& what) {
   std::size_t counts = 0, faces = 0, uneven = 0, worst_ray = 0;
   double t_error = 0, place_error = 0;
@@ -215,8 +218,8 @@ RayBatch scaled(const RayBatch& rays, double scale) {
   return result;
 }
 
-// Long thin triangles aslant, which spatial splits put into two leaves each in the mean (mesh_test.cpp): every hit is still told once. More than twelve
-// of a ray's hits are sorted in another way than fewer.
+// Long thin triangles aslant, which spatial splits put into two leaves each in the mean (mesh_test.cpp): every hit is
+// still told once. More than twelve of a ray's hits are sorted in another way than fewer.
 TEST(MeshHits, SpatialSplits) {
   const Mesh strips = slanted_strips(600);
   expect_as_reference(strips, random_chords(strips, 3000, 9), "strips, chords", true);
@@ -228,7 +231,8 @@ TEST(MeshHits, SpatialSplits) {
   expect_as_reference(torus, random_chords(torus, 1000, 10), "torus, chords", true);
 }
 
-// As far as floats go: below, components of origins are too small to be read whole; above, the way to the mesh is too long for a float.
+// As far as floats go: below, components of origins are too small to be read whole; above, the way to the mesh is too
+// long for a float.
 TEST(MeshHits, ExtremeSizes) {
   const Mesh unit = sphere_mesh(1, 3);
   for (const double scale : {1e-35, 1e-30, 1e-18, 1e18, 1e30, 1e37}) {
@@ -349,8 +353,8 @@ TEST(MeshHits, ParityOfManyLines) {
   }
 }
 
-// Rays and meshes of trimesh's tests: the reference's counts are those of brute force in double (harness/trimesh.hpp), here of rays
-// rounded to floats.
+// Rays and meshes of trimesh's tests: the reference's counts are those of brute force in double (harness/trimesh.hpp),
+// here of rays rounded to floats.
 TEST(MeshHits, CrossingsOfTrimeshsRays) {
   if (!has_shared_data("expected")) GTEST_SKIP();
   for (const TrimeshCase& known : trimesh_cases()) {

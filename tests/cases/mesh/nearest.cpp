@@ -128,7 +128,8 @@ TEST(MeshNearest, Slivers) {
   }
 }
 
-// What is probed at a point is what the surface is at the point of it that is nearest; a point that is no number has none.
+// What is probed at a point is what the surface is at the point of it that is nearest; a point that is no number has
+// none.
 TEST(MeshNearest, Probes) {
   const Mesh mesh = sphere_mesh(2, 4);
   std::vector<glm::vec3> points = points_about(mesh, 64, 1.5f);

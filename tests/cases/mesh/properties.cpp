@@ -1,7 +1,8 @@
-// Normals and curvature of meshes, and their nearest points, on every device: against closed forms first, and as to statuses and nearest points against the reference.
+// Normals and curvature of meshes, and their nearest points, on every device: against closed forms first, and as to
+// statuses and nearest points against the reference.
 //
-// Order of convergence: where triangles lie regularly errors fall with the square of the edges' length; where they do not, with the length itself
-// (differences of normals that are right to the square of it, divided by it).
+// Order of convergence: where triangles lie regularly errors fall with the square of the edges' length; where they do
+// not, with the length itself (differences of normals that are right to the square of it, divided by it).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -164,8 +165,8 @@ TEST(MeshProperties, SphereOfData) {
   }
 }
 
-// 33 × 33 vertices with curvature up to 4; inside, three rings from the border and more. The measured worst is 2.4e-2, at the apex, where an edge
-// is a quarter of the radius of curvature.
+// 33 × 33 vertices with curvature up to 4; inside, three rings from the border and more. The measured worst is 2.4e-2,
+// at the apex, where an edge is a quarter of the radius of curvature.
 TEST(MeshProperties, Paraboloid) {
   if (!has_shared_data("meshes")) GTEST_SKIP();
   const Mesh mesh = load_mesh(shared_data("meshes/cgal_poly2x2+y2-0.0625.off"));
@@ -240,7 +241,8 @@ TEST(MeshProperties, FinerAndFinerMeshes) {
         EXPECT_GT(e.count, 200u) << where;
         EXPECT_LT(e.frame, 2e-6) << where;
         if (n > 16) {
-          // What rounding leaves of differences of normals grows as edges shrink: 2^-24 per edge and curvature, and a few of it.
+          // What rounding leaves of differences of normals grows as edges shrink: 2^-24 per edge and curvature, and a
+          // few of it.
           const double floor = 0x1p-20 * n;
           EXPECT_LT(std::sqrt(e.sum / double(e.count)),
                     std::max(std::sqrt(last.sum / double(last.count)) / kind.falls, floor))
@@ -268,9 +270,10 @@ double total_gauss(const TestDevice& device, const Mesh& mesh) {
   return sum;
 }
 
-// By Gauss and Bonnet the integral over a closed surface is 2π·χ. The vertices' angle defects add up to it on every mesh; tensors
-// describe a smooth surface near the mesh, with areas that are the triangles', and add up to it in the limit only: the difference falls with the square of the
-// edges' length (the area of an inscribed sphere alone is short by as much). It reaches a thousandth where an edge is a twentieth of the radius of curvature.
+// By Gauss and Bonnet the integral over a closed surface is 2π·χ. The vertices' angle defects add up to it on every
+// mesh; tensors describe a smooth surface near the mesh, with areas that are the triangles', and add up to it in the
+// limit only: the difference falls with the square of the edges' length (the area of an inscribed sphere alone is short
+// by as much). It reaches a thousandth where an edge is a twentieth of the radius of curvature.
 TEST(MeshProperties, GaussBonnet) {
   for (const TestDevice& device : one_of_each()) {
     if (device.name == "reference") continue;
@@ -296,8 +299,9 @@ TEST(MeshProperties, GaussBonnet) {
   }
 }
 
-// The Gauss curvature measure of the vertex normals, K times area of the surface that they belong to: of each triangle the solid angle of its three
-// normals (Lachaud, Romon, Thibert, Coeurjolly 2020; the angle by Van Oosterom and Strackee 1983).
+// The Gauss curvature measure of the vertex normals, K times area of the surface that they belong to: of each triangle
+// the solid angle of its three normals (Lachaud, Romon, Thibert, Coeurjolly 2020; the angle by Van Oosterom and
+// Strackee 1983).
 double total_gauss_measure(const Mesh& mesh, const std::vector<dvec3>& normals) {
   double sum = 0;
   for (const glm::uvec3& face : mesh.faces()) {
@@ -489,8 +493,9 @@ TEST(MeshProperties, PlacesAndSizes) {
   }
 }
 
-// A sphere as small and as large as floats go, of which is told what is told of the unit sphere: curvature that a float can tell is told, Gauss curvature that it cannot is infinite or 0,
-// and where even curvatures are too great for a float nothing is told.
+// A sphere as small and as large as floats go, of which is told what is told of the unit sphere: curvature that a float
+// can tell is told, Gauss curvature that it cannot is infinite or 0, and where even curvatures are too great for a
+// float nothing is told.
 TEST(MeshProperties, ExtremeSizes) {
   const Mesh unit = sphere_mesh(1, 3);
   for (const double scale : {1e-37, 1e-30, 1e-18, 1e18, 1e30, 1e37}) {
@@ -515,7 +520,8 @@ TEST(MeshProperties, ExtremeSizes) {
                                               : std::abs(p.gauss[i] / square - 1) < 0.05;
         gauss += !right;
       }
-      // Vertices are rounded anew: 6e-8 of the radius, where edges are an eighth of it; curvatures divide by their square.
+      // Vertices are rounded anew: 6e-8 of the radius, where edges are an eighth of it; curvatures divide by their
+      // square.
       EXPECT_LT(normal, 2e-6);
       EXPECT_LT(change, 2e-5);
       EXPECT_LT(mean, 0.02);

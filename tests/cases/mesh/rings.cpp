@@ -1,7 +1,7 @@
 // The rings of a mesh's vertices as the device makes them, on every device, against a search through all triangles.
 //
-// Of each vertex: its fans are its triangles, each once and in order, and the points of its fit are its neighbours and theirs, where these are
-// neither too few nor too many; a neighbour's neighbour may stand there twice.
+// Of each vertex: its fans are its triangles, each once and in order, and the points of its fit are its neighbours and
+// theirs, where these are neither too few nor too many; a neighbour's neighbour may stand there twice.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -183,7 +183,8 @@ TEST(MeshRings, ManyNeighbours) {
   }
 }
 
-// Enough triangles and vertices for more than one thread, and for many stretches of vertices to be sorted; a few have rings of the host.
+// Enough triangles and vertices for more than one thread, and for many stretches of vertices to be sorted; a few have
+// rings of the host.
 TEST(MeshRings, ManyTriangles) {
   check(with_faces(torus_mesh(2, 0.5, 1000, 210),
                    [](auto& faces) {

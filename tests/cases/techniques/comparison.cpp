@@ -1,5 +1,5 @@
-// Comparison of reconstructions on every device: a device's answers have the errors of the reconstruction, which the reference knows,
-// and not its own.
+// Comparison of reconstructions on every device: a device's answers have the errors of the reconstruction, which the
+// reference knows, and not its own.
 #include <gtest/gtest.h>
 
 #include <string>

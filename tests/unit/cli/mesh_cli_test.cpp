@@ -1,5 +1,5 @@
-// Meshes as a user meets them: the verbs of `smurf` on every device, and bad files of every format, each of which is one clear line and
-// exit code 2, or a repair that `info` counts.
+// Meshes as a user meets them: the verbs of `smurf` on every device, and bad files of every format, each of which is
+// one clear line and exit code 2, or a repair that `info` counts.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

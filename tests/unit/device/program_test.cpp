@@ -91,7 +91,8 @@ TEST(Assemble, IncludesEachPartOnce) {
 }
 
 TEST(Assemble, PrefersModulesToCoreFiles) {
-  const Program program = with_surface("#include \"roots/bernstein.inc\"\n", {{"roots/bernstein.inc", "a_module_instead\n"}});
+  const Program program =
+      with_surface("#include \"roots/bernstein.inc\"\n", {{"roots/bernstein.inc", "a_module_instead\n"}});
   EXPECT_EQ(occurrences(assemble(program, Language::opencl, 1, 128), "a_module_instead"), 1u);
 }
 

@@ -1,4 +1,5 @@
-// The graph: sharing, simplification that keeps what is undefined, depth; derivatives against closed forms and differences.
+// The graph: sharing, simplification that keeps what is undefined, depth; derivatives against closed forms and
+// differences.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// Roots on lines proved in double: series of expressions enclose what they stand for, and what is found on stretches of lines is what
-// closed forms say.
+// Roots on lines proved in double: series of expressions enclose what they stand for, and what is found on stretches of
+// lines is what closed forms say.
 #include "expression/line_roots.hpp"
 
 #include <cmath>
@@ -124,8 +124,8 @@ TEST(LineRoots, PolesAndJumpsAreNoRoots) {
   expect_ones("log(x)", 0.5, 3, {1});
 }
 
-// Random expressions: the model's polynomial and its error hold everywhere, so that Taylor coefficients at the middle and over the
-// stretch bound the function.
+// Random expressions: the model's polynomial and its error hold everywhere, so that Taylor coefficients at the middle
+// and over the stretch bound the function.
 TEST(Series, EncloseRandomExpressions) {
   RandomTrees random(51);
   int compared = 0, sharp = 0;

@@ -1,4 +1,5 @@
-// Mesh files: each format written here by hand, damaged ones, and the meshes of the shared data with their known counts.
+// Mesh files: each format written here by hand, damaged ones, and the meshes of the shared data with their known
+// counts.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -364,8 +365,8 @@ TEST(MeshFile, SharedMeshes) {
   }
 }
 
-// Rays of trimesh's tests. The rays are in double, the corners of the OFF file rounded to floats, which moves the sum of its t by
-// some 1e-8 of it.
+// Rays of trimesh's tests. The rays are in double, the corners of the OFF file rounded to floats, which moves the sum
+// of its t by some 1e-8 of it.
 TEST(MeshFile, CrossingsOfTrimeshsRays) {
   if (!has_shared_data("expected")) GTEST_SKIP();
   for (const test::TrimeshCase& known : test::trimesh_cases()) {
@@ -446,7 +447,8 @@ TEST(MeshFile, CurvatureOnSharedMeshes) {
   double worst_inside = 0, worst_of_all = 0;
   for (std::uint32_t face = 0; face < mesh.face_count(); face++) {
     for (const MeshPoint& point : {MeshPoint{face, 0, 0}, MeshPoint{face, 1, 0}, MeshPoint{face, 0, 1}}) {
-      // z = 2x² + y²: H = ((1+z_y²)z_xx + (1+z_x²)z_yy) / 2w³, K = z_xx z_yy / w⁴, w² = 1 + z_x² + z_y²; bends towards a normal that points up.
+      // z = 2x² + y²: H = ((1+z_y²)z_xx + (1+z_x²)z_yy) / 2w³, K = z_xx z_yy / w⁴, w² = 1 + z_x² + z_y²; bends towards
+      // a normal that points up.
       const glm::dvec3 p = reference.location(point);
       const double zx = 4 * p.x, zy = 2 * p.y, w = std::sqrt(1 + zx * zx + zy * zy);
       const SurfaceFrame frame = reference.measure(point, false);

@@ -1,4 +1,5 @@
-// The reference of expressions where functions are undefined, jump or have creases, against closed forms and dense sampling.
+// The reference of expressions where functions are undefined, jump or have creases, against closed forms and dense
+// sampling.
 // Nothing here needs a device.
 #include <gtest/gtest.h>
 

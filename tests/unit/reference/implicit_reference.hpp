@@ -1,4 +1,5 @@
-// What the tests of the reference of expressions share: surfaces from texts, rays, and hits compared with roots known otherwise.
+// What the tests of the reference of expressions share: surfaces from texts, rays, and hits compared with roots known
+// otherwise.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-// Roots and curvature of the reference of expressions against closed forms; multiple roots. Nothing here needs a device.
+// Roots and curvature of the reference of expressions against closed forms; multiple roots. Nothing here needs a
+// device.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,5 +1,5 @@
-// The reference for meshes: every ray crosses a closed mesh an even number of times, whatever it meets; numbers of hits against
-// closed forms and against a plain intersection in long double; nearest points, normals and curvature.
+// The reference for meshes: every ray crosses a closed mesh an even number of times, whatever it meets; numbers of hits
+// against closed forms and against a plain intersection in long double; nearest points, normals and curvature.
 #include "reference/mesh/brute_force.hpp"
 
 #include <gtest/gtest.h>
@@ -27,8 +27,8 @@ ReferenceRay line(const glm::vec3& origin, const glm::vec3& direction) {
   return {dvec3(origin), dvec3(direction), -infinity, infinity};
 }
 
-// What the whole line through a closed, consistently oriented mesh must show: an even number of hits, as many ways in as out. Which way
-// it is cannot be told in double of triangles that are nearly parallel to the ray.
+// What the whole line through a closed, consistently oriented mesh must show: an even number of hits, as many ways in
+// as out. Which way it is cannot be told in double of triangles that are nearly parallel to the ray.
 void expect_in_and_out(const ReferenceMesh& reference, const ReferenceRay& ray) {
   int ways_in = 0, ways_out = 0, either = 0;
   for (const MeshHit& hit : reference.hits(ray, false)) {
@@ -109,7 +109,8 @@ TEST(MeshReference, EveryLineEntersAsOftenAsItLeaves) {
   expect_parity(test::torus_mesh(3, 1, 32, 16), 200 / test::sanitized_part);
 }
 
-// All lines of a lattice through a box of cubes: every line runs in planes of triangles, along edges, or through vertices.
+// All lines of a lattice through a box of cubes: every line runs in planes of triangles, along edges, or through
+// vertices.
 TEST(MeshReference, LatticeLinesThroughLatticeBoxes) {
   const Mesh mesh = test::box_mesh(glm::vec3(0), glm::vec3(3), 3);
   const ReferenceMesh reference(mesh);
@@ -135,8 +136,9 @@ TEST(MeshReference, LatticeLinesThroughLatticeBoxes) {
   EXPECT_GT(past, 400u);
 }
 
-// The documented rule: a line that meets a vertex or an edge goes as the line does that is moved a little, first along x, less along y,
-// least along z. A move by true small steps, in a mesh of integers where these are exact, must find the same triangles.
+// The documented rule: a line that meets a vertex or an edge goes as the line does that is moved a little, first along
+// x, less along y, least along z. A move by true small steps, in a mesh of integers where these are exact, must find
+// the same triangles.
 TEST(MeshReference, GoesAsALineBesideIt) {
   std::mt19937 random(3);
   std::uniform_int_distribution<int> step(-3, 3);
@@ -280,8 +282,9 @@ Errors greatest_errors(const Mesh& mesh, const std::function<Truth(const dvec3&)
   return worst;
 }
 
-// Errors of curvature fall with the square of the edges' length (interpolation between vertices is linear), to a third or less with half
-// the length; those of angle-weighted normals with the length itself where triangles lie irregularly about a vertex.
+// Errors of curvature fall with the square of the edges' length (interpolation between vertices is linear), to a third
+// or less with half the length; those of angle-weighted normals with the length itself where triangles lie irregularly
+// about a vertex.
 TEST(MeshReference, CurvatureOfFinerAndFinerMeshes) {
   const auto sphere = [](const dvec3& p) { return Truth{glm::normalize(p), 0.5, 0.5, dvec3(0.0)}; };
   const auto cylinder = [](const dvec3& p) {

@@ -1,5 +1,5 @@
-// Comparison of reconstructions, on the reference: what is sampled, orders of convergence, errors in closed form, and the counts of
-// roots that one side lacks.
+// Comparison of reconstructions, on the reference: what is sampled, orders of convergence, errors in closed form, and
+// the counts of roots that one side lacks.
 #include "smurf/compare.hpp"
 #include "harness/refusal.hpp"
 
@@ -68,9 +68,9 @@ struct Orders {
   double location, normal, mean, gauss;
 };
 
-// Of the interpolants: linear 2; Catmull-Rom, which is cubic convolution, 3 (Keys 1981); the cubic spline 4 (Unser 1999). A derivative
-// costs one, and curvature is made of second derivatives. Trilinear's derivatives are no derivatives of it, but central
-// differences, interpolated: second order both.
+// Of the interpolants: linear 2; Catmull-Rom, which is cubic convolution, 3 (Keys 1981); the cubic spline 4 (Unser
+// 1999). A derivative costs one, and curvature is made of second derivatives. Trilinear's derivatives are no
+// derivatives of it, but central differences, interpolated: second order both.
 constexpr Orders expected_orders(Reconstruction reconstruction) {
   switch (reconstruction) {
     case Reconstruction::trilinear:
@@ -87,8 +87,8 @@ const char* const surface_names[] = {"Sphere", "Gyroid", "Tanglecube"};
 
 class CompareOrders : public testing::TestWithParam<int> {};
 
-// From 32 to 64 nodes, where these surfaces are resolved and rounding is far. What is left of the next power of the step, and the
-// chance of a few hundred points, come to less than a quarter of an order.
+// From 32 to 64 nodes, where these surfaces are resolved and rounding is far. What is left of the next power of the
+// step, and the chance of a few hundred points, come to less than a quarter of an order.
 TEST_P(CompareOrders, AreThoseOfTheTheory) {
   const std::array surfaces{implicit("sqrt(x^2+y^2+z^2)-1", box(1.5)), isosurface(gyroid, 0.3, box(1)),
                             implicit(tanglecube, box(3))};
@@ -117,8 +117,8 @@ INSTANTIATE_TEST_SUITE_P(Surfaces, CompareOrders, testing::Values(0, 1, 2),
                          [](const auto& info) { return std::string(surface_names[info.param]); });
 
 TEST(Compare, CubicReconstructionsOfAQuadricAreExact) {
-  // Both reproduce polynomials of degree 2, but for the rounding of samples to float: 3e-7 of values up to 9, whose second
-  // differences are divided by twice the square of the step, 0.04.
+  // Both reproduce polynomials of degree 2, but for the rounding of samples to float: 3e-7 of values up to 9, whose
+  // second differences are divided by twice the square of the step, 0.04.
   const Comparison comparison =
       compare_on_reference(implicit("x^2+y^2+z^2-1", box(1.5)), {.resolutions = {16}, .rays = 500});
   EXPECT_NEAR(comparison.mean_rms, 1, 1e-6);
@@ -137,8 +137,8 @@ TEST(Compare, CubicReconstructionsOfAQuadricAreExact) {
 }
 
 TEST(Compare, TrilinearErrorOfAQuadricIsInClosedForm) {
-  // Between nodes x² is too great by u(1-u)h², 0 <= u <= 1, along each axis, and the gradient has length 2: with u spread evenly the
-  // mean square of the distance is h⁴/4 (3/180 + (3/6)²).
+  // Between nodes x² is too great by u(1-u)h², 0 <= u <= 1, along each axis, and the gradient has length 2: with u
+  // spread evenly the mean square of the distance is h⁴/4 (3/180 + (3/6)²).
   const Comparison comparison =
       compare_on_reference(implicit("x^2+y^2+z^2-1", box(1.5)),
                            {.resolutions = {64}, .reconstructions = {Reconstruction::trilinear}, .rays = 3000});
@@ -177,8 +177,8 @@ TEST(Compare, CountsWhatAReconstructionMisses) {
 }
 
 TEST(Compare, CountsWhatAReconstructionInvents) {
-  // The plane x = 0.51, and a step from 0.05 to 2.05 that has no root. Cubic reconstructions overshoot by a fourteenth of the step and
-  // more: below 0, and above it again.
+  // The plane x = 0.51, and a step from 0.05 to 2.05 that has no root. Cubic reconstructions overshoot by a fourteenth
+  // of the step and more: below 0, and above it again.
   const Comparison comparison =
       compare_on_reference(implicit("(tanh(50*z)+1.05)*(x-0.51)", box(1)), {.resolutions = {8}, .rays = 300});
   for (const ComparisonRow& row : comparison.rows) {

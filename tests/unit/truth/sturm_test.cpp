@@ -1,4 +1,5 @@
-// The root count that algebraic surfaces are judged by (harness/sturm.hpp), on polynomials whose roots are known beforehand.
+// The root count that algebraic surfaces are judged by (harness/sturm.hpp), on polynomials whose roots are known
+// beforehand.
 #include "truth/sturm.hpp"
 
 #include <gtest/gtest.h>
