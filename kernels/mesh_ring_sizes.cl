@@ -1,6 +1,4 @@
 // How many neighbours the vertices of a mesh have in two rings.
 #include "mesh/rings.inc"
 
-__kernel WORK_GROUP void mesh_ring_sizes(Buffer fans, Buffer sizes, Buffer rings, int count) {
-  mesh_ring_sizes_of(fans, sizes, rings, lane_items(get_global_id(0)), count);
-}
+KERNEL(mesh_ring_sizes) { mesh_ring_sizes_of(fans, sizes, rings, lane_items(work_item()), count); }

@@ -190,7 +190,9 @@ static inline void pack_reals(float* list, int at, real v, int bits) {
   typedef struct name name; \
   struct name
 #define UNROLL _Pragma("unroll")
-#define WORK_GROUP __attribute__((reqd_work_group_size(GROUP, 1, 1)))
+// The head of a kernel of kernels.def; what it takes, the assembler says.
+#define KERNEL(name) __kernel __attribute__((reqd_work_group_size(GROUP, 1, 1))) void name(KERNEL_PARAMETERS)
+#define work_item() ((int)get_global_id(0))
 
 // a*b + c, fused where that is fast; for results that may differ in the last place between devices.
 #if defined(FP_FAST_FMAF) || defined(__FMA__)

@@ -1,6 +1,7 @@
 // Lane types and words of the common subset in GLSL for Vulkan: kernels/prelude.cl with one lane, word for word.
 //
-// Buffers are references: 64-bit addresses that arrive as push constants, with no limit on their size. Contraction is
+// Buffers are references: 64-bit addresses that arrive as push constants (of kernels with many, in a table), with no
+// limit on their size. Contraction is
 // off (the SPIR-V is decorated for it after compilation), so that error-free transformations hold; multiply_add says
 // where it may fuse.
 #extension GL_EXT_buffer_reference : require
@@ -149,7 +150,13 @@ void store_integer_row(Buffer b, int start, integer i, IntegerRow row, mask m) {
 #define lane_items(i) int(i)
 
 // The work item's number. Rows of work groups follow each other: one row alone is limited in length.
-// (GROUP and not gl_WorkGroupSize, which is 1 as long as the entry's layout has not been read.)
-uint item_index() {
-  return (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * GROUP + gl_LocalInvocationID.x;
-}
+// (GROUP and not gl_WorkGroupSize, which is 1 as long as the layout has not been read.)
+#define work_item() int((gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * GROUP + gl_LocalInvocationID.x)
+
+// The head of a kernel of kernels.def; what it takes, the assembler says.
+#define KERNEL(name)                                                 \
+  void name(KERNEL_PARAMETERS);                                      \
+  layout(local_size_x = GROUP) in;                                   \
+  layout(push_constant) uniform Arguments{KERNEL_MEMBERS} arguments; \
+  void main() { name(KERNEL_VALUES); }                               \
+  void name(KERNEL_PARAMETERS)

@@ -38,9 +38,9 @@ std::string_view name_of(HitStatus status) {
 }
 
 Interrogator::Interrogator(const Device& device, const Surface& surface, const PrepareOptions& options) {
-  auto interrogation =
-      device.is_reference() ? surface.model().reference() : interrogate_on_device(device, surface.share(), options);
-  queries_ = recorded(std::move(interrogation), std::string(surface.kind()), device);
+  auto queries = device.is_reference() ? interrogate_by_reference(surface.model())
+                                       : interrogate_on_device(device, surface.share(), options);
+  queries_ = recorded(std::move(queries), std::string(surface.kind()), device);
 }
 
 HitList Interrogator::cast(const RayBatch& rays, const CastOptions& options) const {

@@ -69,9 +69,14 @@ void move_rows(const std::vector<Stretch>& stretches, T* rows) {
 
 }  // namespace
 
+FlaggedHitResolver::Hit FlaggedHitResolver::hit_at(const HitList& hits, std::size_t row) {
+  return {hits.t()[row], hits.uncertainty()[row], hits.status()[row],
+          hits.coordinates().empty() ? SurfaceCoordinates{} : hits.coordinates()[row]};
+}
+
 void FlaggedHitResolver::resolve(const SurfaceDefinition& model, const RayBatch& rays, Hits wanted,
                                  const Cast& cast_first, HitList& hits) {
-  if (std::ranges::none_of(hits.status_, is_flagged)) return;
+  if (std::ranges::none_of(hits.status(), is_flagged)) return;
   const RootResolver resolver = model.root_resolver();
   if (!resolver) return;
   std::vector<RayHits> flagged = flagged_rays(hits);
@@ -79,18 +84,18 @@ void FlaggedHitResolver::resolve(const SurfaceDefinition& model, const RayBatch&
   each_ray(flagged.size(),
            [&](std::size_t i) { resolve_ray(resolver, bounds, rays[flagged[i].ray], wanted, flagged[i]); });
   if (wanted == Hits::first) cast_again(resolver, bounds, rays, cast_first, flagged);
-  write(flagged, rays, hits);
+  write(flagged, rays, model.has_coordinates(), hits);
 }
 
 std::vector<FlaggedHitResolver::RayHits> FlaggedHitResolver::flagged_rays(const HitList& hits) {
   std::vector<RayHits> flagged;
   for (std::size_t h = 0; h < hits.size(); h++) {
-    if (!is_flagged(hits.status_[h])) continue;
-    const std::size_t ray = hits.rays_[h];
+    if (!is_flagged(hits.status()[h])) continue;
+    const std::size_t ray = hits.rays()[h];
     if (!flagged.empty() && flagged.back().ray == ray) continue;
     flagged.push_back({ray, {}, {}});
-    for (std::size_t i = hits.offsets_[ray]; i < hits.offsets_[ray + 1]; i++)
-      flagged.back().hits.push_back({hits.t_[i], hits.uncertainty_[i], hits.status_[i]});
+    for (std::size_t i = hits.offsets()[ray]; i < hits.offsets()[ray + 1]; i++)
+      flagged.back().hits.push_back(hit_at(hits, i));
   }
   return flagged;
 }
@@ -104,7 +109,7 @@ void FlaggedHitResolver::resolve_ray(const RootResolver& resolver, const Bounds&
   ray_hits.hits.clear();
   ray_hits.again.reset();
   std::ranges::stable_sort(before, {}, low_end);
-  std::vector<LineRoot> roots;
+  std::vector<ResolvedRoot> roots;
   for (std::size_t first = 0, next; first < before.size(); first = next) {
     // The hits from `first` to `next` overlap.
     const double low = low_end(before[first]);
@@ -118,13 +123,14 @@ void FlaggedHitResolver::resolve_ray(const RootResolver& resolver, const Bounds&
     }
     roots.clear();
     resolver(ray, std::max(low, double(ray.t_min)), std::min(high, double(ray.t_max)), roots);
-    for (const LineRoot& root : roots) {
+    for (const auto& [root, coordinates] : roots) {
       const float t = std::clamp(float(0.5 * root.low + 0.5 * root.high), ray.t_min, ray.t_max);
       const double off = std::max(root.high - double(t), double(t) - root.low);
       ray_hits.hits.push_back({t, std::nextafter(float(off), infinity),
                                root.kind == LineRoot::Kind::one        ? HitStatus::isolated
                                : root.kind == LineRoot::Kind::touching ? HitStatus::tangent
-                                                                       : HitStatus::unresolved});
+                                                                       : HitStatus::unresolved,
+                               coordinates});
     }
     if (wanted == Hits::first && ray_hits.hits.empty() && high < double(ray.t_max))
       ray_hits.again = std::max(float_below(high), std::nextafter(ray.t_min, infinity));
@@ -153,11 +159,11 @@ void FlaggedHitResolver::cast_again(const RootResolver& resolver, const Bounds& 
     each_ray(open.size(), [&](std::size_t i) {
       RayHits& ray_hits = *open[i];
       ray_hits.again.reset();
-      const std::size_t h = hits.offsets_[i];
-      if (h == hits.offsets_[i + 1]) return;
-      ray_hits.hits = {{hits.t_[h], hits.uncertainty_[h], hits.status_[h]}};
+      const std::size_t h = hits.offsets()[i];
+      if (h == hits.offsets()[i + 1]) return;
+      ray_hits.hits = {hit_at(hits, h)};
       // The last time a flag stays: it says that there may be no root.
-      if (is_flagged(hits.status_[h]) && round + 1 < most_rounds)
+      if (is_flagged(hits.status()[h]) && round + 1 < most_rounds)
         resolve_ray(resolver, bounds, rest[i], Hits::first, ray_hits);
     });
   }
@@ -165,7 +171,8 @@ void FlaggedHitResolver::cast_again(const RootResolver& resolver, const Bounds& 
 
 // Puts the changed rays' hits in place of those that they had. The rows in between stay in the list's memory: they only
 // move up or down by what the rays before them have lost or won.
-void FlaggedHitResolver::write(const std::vector<RayHits>& changed, const RayBatch& rays, HitList& hits) {
+void FlaggedHitResolver::write(const std::vector<RayHits>& changed, const RayBatch& rays, bool coordinates,
+                               HitList& hits) {
   const std::size_t rows = hits.size();
   std::vector<Stretch> stretches;      // between the changed rays, where rows move at all
   std::vector<std::size_t> first_row;  // of each changed ray
@@ -176,43 +183,46 @@ void FlaggedHitResolver::write(const std::vector<RayHits>& changed, const RayBat
     if (moved != 0 && end > from) stretches.push_back({from, std::size_t(from + moved), end - from});
   };
   for (const RayHits& r : changed) {
-    keep(hits.offsets_[r.ray]);
-    first_row.push_back(std::size_t(hits.offsets_[r.ray] + moved));
-    from = hits.offsets_[r.ray + 1];
-    moved += r.hits.size() - (hits.offsets_[r.ray + 1] - hits.offsets_[r.ray]);
+    keep(hits.offsets()[r.ray]);
+    first_row.push_back(std::size_t(hits.offsets()[r.ray] + moved));
+    from = hits.offsets()[r.ray + 1];
+    moved += r.hits.size() - (hits.offsets()[r.ray + 1] - hits.offsets()[r.ray]);
     won.push_back(moved);
   }
   keep(rows);
   const auto total = std::size_t(rows + moved);
 
-  const auto move_column = [&](auto& column) {
-    column.resize(std::max(rows, total));
-    move_rows(stretches, column.data());
-    column.resize(total);
-  };
   const auto move_offsets = [&] {
+    auto& offsets = HitColumns::offsets(hits);
     for (std::size_t i = 0; i < changed.size(); i++) {
-      const std::size_t end = i + 1 < changed.size() ? changed[i + 1].ray : hits.offsets_.size() - 1;
-      for (std::size_t ray = changed[i].ray + 1; ray <= end; ray++) hits.offsets_[ray] += won[i];
+      const std::size_t end = i + 1 < changed.size() ? changed[i + 1].ray : offsets.size() - 1;
+      for (std::size_t ray = changed[i].ray + 1; ray <= end; ray++) offsets[ray] += won[i];
     }
   };
-  const std::function<void()> columns[] = {[&] { move_column(hits.locations_); },   move_offsets,
-                                           [&] { move_column(hits.rays_); },        [&] { move_column(hits.t_); },
-                                           [&] { move_column(hits.uncertainty_); }, [&] { move_column(hits.status_); }};
+  std::vector<std::function<void()>> moves{move_offsets};
+  HitColumns::each(hits, coordinates, [&](auto& column, auto) {
+    moves.push_back([&] {
+      column.resize(std::max(rows, total));
+      move_rows(stretches, column.data());
+      column.resize(total);
+    });
+  });
   if (std::ranges::any_of(won, [](std::uint64_t w) { return w != 0; }))
-    parallel_for(std::size(columns), [&](std::size_t i) { columns[i](); });
+    parallel_for(moves.size(), [&](std::size_t i) { moves[i](); });
 
   for (std::size_t i = 0; i < changed.size(); i++) {
     const std::size_t ray_index = changed[i].ray;
     const Ray ray = rays[ray_index];
     std::size_t row = first_row[i];
     for (const Hit& hit : changed[i].hits) {
-      hits.rays_[row] = std::uint32_t(ray_index);
-      hits.t_[row] = hit.t;
-      hits.uncertainty_[row] = hit.uncertainty;
-      hits.status_[row] = hit.status;
-      hits.locations_[row] = glm::vec3(glm::dvec3(ray.origin) + double(hit.t) * glm::dvec3(ray.direction));
-      row++;
+      const glm::vec3 location(glm::dvec3(ray.origin) + double(hit.t) * glm::dvec3(ray.direction));
+      HitColumns::set(hits, coordinates, row++,
+                      {.rays = std::uint32_t(ray_index),
+                       .t = hit.t,
+                       .uncertainty = hit.uncertainty,
+                       .status = hit.status,
+                       .locations = location,
+                       .coordinates = hit.coordinates});
     }
   }
 }

@@ -16,6 +16,7 @@
 #include <optional>
 #include <vector>
 
+#include "surfaces/hit_columns.hpp"
 #include "surfaces/queries.hpp"
 #include "surfaces/surface_definition.hpp"
 
@@ -35,6 +36,7 @@ class FlaggedHitResolver {
   struct Hit {
     float t, uncertainty;
     HitStatus status;
+    SurfaceCoordinates coordinates;
   };
   struct RayHits {
     std::size_t ray;
@@ -42,12 +44,13 @@ class FlaggedHitResolver {
     std::optional<float> again;  // no hit up to here: the ray must be cast again
   };
 
+  static Hit hit_at(const HitList& hits, std::size_t row);
   static std::vector<RayHits> flagged_rays(const HitList& hits);
   static void resolve_ray(const RootResolver& resolver, const Bounds& bounds, const Ray& ray, Hits wanted,
                           RayHits& ray_hits);
   static void cast_again(const RootResolver& resolver, const Bounds& bounds, const RayBatch& rays,
                          const Cast& cast_first, std::vector<RayHits>& all);
-  static void write(const std::vector<RayHits>& changed, const RayBatch& rays, HitList& hits);
+  static void write(const std::vector<RayHits>& changed, const RayBatch& rays, bool coordinates, HitList& hits);
 };
 
 }  // namespace smurf

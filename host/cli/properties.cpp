@@ -76,7 +76,8 @@ std::uint32_t bits_of(const std::vector<Property>& properties) {
   return bits;
 }
 
-void add_properties(Table& table, const std::vector<Property>& properties, const PointProperties& values) {
+void add_properties(Table& table, const std::vector<Property>& properties, const Surface& surface,
+                    const PointProperties& values) {
   for (const Property property : properties) {
     switch (property) {
       case Property::value:
@@ -103,7 +104,7 @@ void add_properties(Table& table, const std::vector<Property>& properties, const
         table.add("normal_curvature", values.normal_curvature);
         break;
       case Property::parameters:
-        table.add(values.coordinates);
+        table.add(surface.model().coordinate_names(), values.coordinates);
         break;
     }
   }

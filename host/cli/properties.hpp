@@ -18,7 +18,8 @@ std::vector<Property> properties_named(std::string_view list, const Surface& sur
 std::uint32_t bits_of(const std::vector<Property>& properties);
 
 // Adds the columns of the contract for these properties, in their order. The table shows `values` itself.
-void add_properties(Table& table, const std::vector<Property>& properties, const PointProperties& values);
+void add_properties(Table& table, const std::vector<Property>& properties, const Surface& surface,
+                    const PointProperties& values);
 
 // "regular", or the set bits joined by '+': "umbilic+boundary".
 std::string_view point_status_text(std::uint32_t status);

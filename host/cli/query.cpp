@@ -35,28 +35,29 @@ std::size_t line_of_row(const std::filesystem::path& file, std::size_t row) {
   return line;
 }
 
-void refuse_bad_rays(const HitList& hits, const RayBatch& rays, const std::filesystem::path& file) {
+void refuse_bad_rays(const Surface& surface, const HitList& hits, const RayBatch& rays,
+                     const std::filesystem::path& file) {
   for (std::size_t i = 0; i < hits.ray_count(); i++) {
     if (hits.ray_status()[i] == RayStatus::ok) continue;
     const Ray ray = rays[i];
-    const std::string_view reason =
-        ray.direction == glm::vec3(0.0f) ? "its direction is zero"
-        : ray.t_min > ray.t_max          ? "tmin is greater than tmax"
-                                : "its numbers must be finite, its direction not zero, and its origin not 5e11 times "
-                                  "as far out as a mesh";
+    const std::string reason = ray.direction == glm::vec3(0.0f) ? "its direction is zero"
+                               : ray.t_min > ray.t_max
+                                   ? "tmin is greater than tmax"
+                                   : fmt::format("its numbers must be finite{}", surface.model().ray_limits());
     throw Error(ErrorCode::input,
                 fmt::format("{}, line {}: this ray cannot be cast: {}", file.string(), line_of_row(file, i), reason));
   }
 }
 
-Table table_of(const HitList& hits, const std::vector<Property>& properties, std::vector<std::string_view>& status) {
+Table table_of(const Surface& surface, const HitList& hits, const std::vector<Property>& properties,
+               std::vector<std::string_view>& status) {
   for (const HitStatus s : hits.status()) status.push_back(name_of(s));
   Table table;
   table.add("ray", hits.rays());
   table.add("t", hits.t());
   table.add("status", status);
   table.add({"x", "y", "z"}, hits.locations());
-  if (!properties.empty()) add_properties(table, properties, hits.properties(bits_of(properties)));
+  if (!properties.empty()) add_properties(table, properties, surface, hits.properties(bits_of(properties)));
   table.add("uncertainty", hits.uncertainty());
   return table;
 }
@@ -85,9 +86,9 @@ void run_cast(const CastCommand& command, const CommonOptions& common) {
                              .progress = progress.callback()});
   }
   const double seconds = watch.seconds();
-  refuse_bad_rays(hits, rays, command.rays);
+  refuse_bad_rays(surface, hits, rays, command.rays);
   std::vector<std::string_view> status;
-  write_table(table_of(hits, properties, status), command.output);
+  write_table(table_of(surface, hits, properties, status), command.output);
   report(device, common, "rays", rays.size(), seconds);
 }
 
@@ -113,7 +114,7 @@ void run_probe(const ProbeCommand& command, const CommonOptions& common) {
   Table table;
   table.add({"x", "y", "z"}, points.points);
   table.add("status", status);
-  add_properties(table, properties, values);
+  add_properties(table, properties, surface, values);
   write_table(table, command.output);
   report(device, common, "points", points.points.size(), seconds);
 }

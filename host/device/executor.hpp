@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -48,9 +49,8 @@ class Executor {
 
   // Compiles now rather than at the first launch.
   virtual void prepare(const Program& program) = 0;
-  // Runs the kernel over `items` items (rays, points, blocks). Buffers and integers stand in the order of
-  // kernels.def; use the Arguments structs below rather than calling this directly. A null buffer is
-  // bound as a valid dummy.
+  // Runs the kernel over `items` items (rays, points, blocks). Buffers and integers stand in the order of bindings_of();
+  // use the structs of arguments below rather than calling this directly. A null buffer is bound as a valid dummy.
   virtual void launch(const Program& program, std::span<DeviceBuffer* const> buffers,
                       std::span<const std::int32_t> integers, std::size_t items) = 0;
   virtual void finish() = 0;
@@ -67,19 +67,34 @@ std::unique_ptr<Executor> open_vulkan(std::string_view which, const DeviceOption
 std::vector<DeviceInfo> list_opencl();
 std::vector<DeviceInfo> list_vulkan();
 
-// One struct of named arguments per kernel, e.g. arguments::find_hits{.parameters = …}.
+// Buffers of a group, by the names that kernels know them by.
+struct NamedBuffer {
+  std::string_view name;
+  DeviceBuffer* buffer = nullptr;
+};
+using BufferGroup = std::vector<NamedBuffer>;
+
+std::vector<std::string> names_of(const BufferGroup& group);
+
+// One struct of named arguments per kernel, e.g. arguments::count_blocks{.counts = …}.
 namespace arguments {
 #define KERNEL(name, shape, group, bindings) \
   struct name {                              \
     bindings                                 \
   };
+#define BUFFERS(name) BufferGroup name = {};
 #define BUFFER(name) DeviceBuffer* name = nullptr;
 #define INTEGER(name) std::int32_t name = 0;
 #include "kernels/kernels.def"
 #undef KERNEL
+#undef BUFFERS
 #undef BUFFER
 #undef INTEGER
 }  // namespace arguments
+
+// Appends the buffers of a group. Throws std::logic_error when they are not those that the program names.
+void append_group(const Program& program, std::string_view name, const BufferGroup& group,
+                  std::vector<DeviceBuffer*>& buffers);
 
 #define KERNEL(name, shape, group, bindings)                                                                    \
   inline void launch(Executor& executor, const Program& program, const arguments::name& a, std::size_t items) { \
@@ -88,10 +103,12 @@ namespace arguments {
     std::vector<std::int32_t> integers;                                                                         \
     bindings executor.launch(program, buffers, integers, items);                                                \
   }
+#define BUFFERS(name) append_group(program, #name, a.name, buffers);
 #define BUFFER(name) buffers.push_back(a.name);
 #define INTEGER(name) integers.push_back(a.name);
 #include "kernels/kernels.def"
 #undef KERNEL
+#undef BUFFERS
 #undef BUFFER
 #undef INTEGER
 

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cctype>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -137,15 +138,13 @@ constexpr char cache_magic[8] = {'s', 'm', 'u', 'r', 'f', '0', '0', '1'};
 
 const std::vector<KernelSpec>& kernel_specs() {
   static const std::vector<KernelSpec> specs = {
-#define KERNEL(name, shape, group, bindings)                                   \
-  [] {                                                                         \
-    KernelSpec spec{KernelId::name, #name, KernelShape::shape, group, {}, {}}; \
-    bindings return spec;                                                      \
-  }(),
-#define BUFFER(name) spec.buffers.push_back(#name);
-#define INTEGER(name) spec.integers.push_back(#name);
+#define KERNEL(name, shape, group, bindings) {KernelId::name, #name, KernelShape::shape, group, {bindings}},
+#define BUFFERS(name) {KernelArgument::Kind::buffers, #name},
+#define BUFFER(name) {KernelArgument::Kind::buffer, #name},
+#define INTEGER(name) {KernelArgument::Kind::integer, #name},
 #include "kernels/kernels.def"
 #undef KERNEL
+#undef BUFFERS
 #undef BUFFER
 #undef INTEGER
   };
@@ -155,26 +154,103 @@ const std::vector<KernelSpec>& kernel_specs() {
 const KernelSpec& spec_of(KernelId id) { return kernel_specs().at(static_cast<std::size_t>(id)); }
 
 bool Program::operator<(const Program& other) const {
-  return std::tie(kernel, defines, modules) < std::tie(other.kernel, other.defines, other.modules);
+  return std::tie(kernel, defines, groups, modules) <
+         std::tie(other.kernel, other.defines, other.groups, other.modules);
 }
+
+Bindings bindings_of(const Program& program) {
+  const KernelSpec& spec = spec_of(program.kernel);
+  Bindings bindings;
+  for (const KernelArgument& argument : spec.arguments) {
+    const std::string name(argument.name);
+    if (argument.kind == KernelArgument::Kind::integer) bindings.integers.push_back(name);
+    if (argument.kind == KernelArgument::Kind::buffer) bindings.buffers.push_back(name);
+    if (argument.kind != KernelArgument::Kind::buffers) continue;
+    const auto group = program.groups.find(name);
+    if (group == program.groups.end() || group->second.empty()) {
+      throw std::logic_error(fmt::format(
+          "kernel {} takes the buffers of a group \"{}\", which the program does not name", spec.name, name));
+    }
+    for (const std::string& buffer : group->second) bindings.buffers.push_back(fmt::format("{}_{}", name, buffer));
+  }
+  return bindings;
+}
+
+namespace {
+
+std::string list_of(const Bindings& bindings, std::string_view before_buffer, std::string_view before_integer,
+                    std::string_view after, std::string_view between) {
+  std::string text;
+  const auto add = [&](std::string_view before, const std::string& name) {
+    text += fmt::format("{}{}{}{}", text.empty() ? "" : between, before, name, after);
+  };
+  for (const std::string& name : bindings.buffers) add(before_buffer, name);
+  for (const std::string& name : bindings.integers) add(before_integer, name);
+  return text;
+}
+
+// What the macro KERNEL of the preludes is made of: the kernel's parameters, and in GLSL the push constants' members and
+// how these are handed on.
+std::string argument_macros(const Bindings& bindings, Language language) {
+  std::string text = fmt::format("#define KERNEL_PARAMETERS {}\n", list_of(bindings, "Buffer ", "int ", "", ", "));
+  if (language == Language::opencl) return text;
+  const bool table = takes_table(bindings.buffers.size(), bindings.integers.size());
+  if (table) {
+    text += fmt::format("#define KERNEL_MEMBERS KernelTable table; {}\n",
+                        list_of({{}, bindings.integers}, "", "int ", ";", " "));
+    text += fmt::format("#define KERNEL_VALUES {}\n", list_of(bindings, "arguments.table.", "arguments.", "", ", "));
+  } else {
+    text += fmt::format("#define KERNEL_MEMBERS {}\n", list_of(bindings, "Buffer ", "int ", ";", " "));
+    text += fmt::format("#define KERNEL_VALUES {}\n", list_of(bindings, "arguments.", "arguments.", "", ", "));
+  }
+  return text;
+}
+
+// The types of the kernel's arguments, which need the prelude's: of a group g of buffers a struct GBuffers, which
+// g_buffers() makes within the kernel.
+std::string argument_types(const Program& program, const Bindings& bindings, Language language) {
+  std::string text;
+  if (language == Language::glsl && takes_table(bindings.buffers.size(), bindings.integers.size())) {
+    text += fmt::format("layout(buffer_reference, std430, buffer_reference_align = 8) buffer KernelTable {{ {} }};\n",
+                        list_of({bindings.buffers, {}}, "Buffer ", "", ";", " "));
+  }
+  for (const KernelArgument& argument : spec_of(program.kernel).arguments) {
+    if (argument.kind != KernelArgument::Kind::buffers) continue;
+    const std::string group(argument.name);
+    std::string type = group + "Buffers";
+    type[0] = char(std::toupper(static_cast<unsigned char>(type[0])));
+    const std::vector<std::string>& names = program.groups.at(group);
+    text += fmt::format("STRUCT({0}) {{ Buffer {1}; }};\nFN {0} {2}_buffers_of(Buffer {3}) {{\n  {0} buffers;\n", type,
+                        fmt::join(names, "; Buffer "), group, fmt::join(names, ", Buffer "));
+    for (const std::string& name : names) text += fmt::format("  buffers.{0} = {0};\n", name);
+    text += fmt::format("  return buffers;\n}}\n#define {0}_buffers() {0}_buffers_of({0}_{1})\n", group,
+                        fmt::join(names, fmt::format(", {}_", group)));
+  }
+  return text;
+}
+
+}  // namespace
 
 std::string assemble(const Program& program, Language language, int lanes, int work_group) {
   const KernelSpec& spec = spec_of(program.kernel);
   const bool glsl = language == Language::glsl;
   const bool in_lanes = !glsl && spec.shape == KernelShape::lanes;
   const std::string prelude = glsl ? "shaders/prelude.glsl" : "kernels/prelude.cl";
-  const std::string entry = glsl ? fmt::format("shaders/{}.comp", spec.name) : fmt::format("kernels/{}.cl", spec.name);
+  const std::string entry = fmt::format("kernels/{}.cl", spec.name);
+  const Bindings bindings = bindings_of(program);
 
   Assembler assembler(program);
   if (glsl) assembler.source += "#version 450\n";  // must be the first line
   assembler.source += fmt::format("#define LANES {}\n#define GROUP {}\n", in_lanes ? lanes : 1, work_group);
   for (const auto& [name, value] : program.defines) assembler.source += fmt::format("#define {} {}\n", name, value);
+  assembler.source += argument_macros(bindings, language);
   assembler.append(embedded(prelude), prelude);
+  assembler.source += argument_types(program, bindings, language);
   assembler.append(embedded(entry), entry);
   return std::move(assembler.source);
 }
 
-std::string_view embedded_core(std::string_view name) { return embedded(fmt::format("kernels/{}", name)); }
+std::string_view kernel_source(std::string_view name) { return embedded(fmt::format("kernels/{}", name)); }
 
 std::string content_key(std::string_view text, std::string_view compiler) {
   // The length keeps ("ab", "c") and ("a", "bc") apart.

@@ -1,10 +1,11 @@
 // Programs: device source assembled at run time from embedded parts, and the cache of what was compiled.
 //
-// A program is: prelude of the language, then the kernel's entry file, in which every line
+// A program is: prelude of the language, what the kernel takes, then the kernel's file (kernels/<name>.cl), in which every
+// line
 //   #include "name"
-// is replaced by the text of that part, once. A part is looked up first among the program's modules
-// (which is how a surface kind is linked into a generic kernel: `#include "surface"`), then among the
-// embedded core files (`#include "roots/bernstein.inc"`).
+// is replaced by the text of that part, once. A part is looked up first among the program's modules (which is how a surface
+// kind is linked into a generic kernel: `#include "surface"`), then among the embedded files, by its path from kernels/
+// (`#include "roots/bernstein.inc"`).
 #pragma once
 
 #include <cstddef>
@@ -25,13 +26,18 @@ enum class KernelId {
 
 enum class KernelShape { lanes, scalar };
 
+struct KernelArgument {
+  enum class Kind { buffers, buffer, integer };
+  Kind kind;
+  std::string_view name;
+};
+
 struct KernelSpec {
   KernelId id;
   std::string_view name;
   KernelShape shape;
   int group;
-  std::vector<std::string_view> buffers;
-  std::vector<std::string_view> integers;
+  std::vector<KernelArgument> arguments;
 };
 
 const std::vector<KernelSpec>& kernel_specs();
@@ -42,9 +48,23 @@ struct Program {
   KernelId kernel;
   std::map<std::string, std::string> modules;  // name in #include -> text
   std::map<std::string, std::string> defines;
+  std::map<std::string, std::vector<std::string>> groups = {};  // BUFFERS of the kernel -> the names of its buffers
 
   bool operator<(const Program& other) const;
 };
+
+// What a launch of the program is given, in order: all buffers, those of a group g as g_name, then all integers. Throws
+// std::logic_error when a group of the kernel has no names.
+struct Bindings {
+  std::vector<std::string> buffers, integers;
+};
+Bindings bindings_of(const Program& program);
+
+// Push constants that every Vulkan device has. What takes more finds the addresses of its buffers in a table.
+constexpr std::size_t push_constant_bytes = 128;
+inline bool takes_table(std::size_t buffers, std::size_t integers) {
+  return 8 * buffers + 4 * integers > push_constant_bytes;
+}
 
 enum class Language { opencl, glsl };
 
@@ -54,7 +74,7 @@ std::string assemble(const Program& program, Language language, int lanes, int w
 
 // Text of an embedded file, named as under kernels/core ("roots/bernstein.inc"). Throws std::logic_error if there is
 // none.
-std::string_view embedded_core(std::string_view name);
+std::string_view kernel_source(std::string_view name);
 
 // Compiled programs on disk, by content. The directory is $SMURF_CACHE, else $XDG_CACHE_HOME/smurf, else
 // ~/.cache/smurf; SMURF_CACHE=off turns it off. Failures to read or write are not errors: the program is compiled

@@ -91,12 +91,13 @@ void Table::add(const std::array<std::string_view, 3>& names, std::span<const gl
   for (std::size_t c = 0; c < 3; c++) append(names[c], values.empty() ? nullptr : first + c, 3, values.size());
 }
 
-void Table::add(std::span<const SurfaceCoordinates> values) {
+void Table::add(std::span<const std::string_view> names, std::span<const SurfaceCoordinates> values) {
   static_assert(sizeof(SurfaceCoordinates) == 3 * sizeof(float));
+  if (names.size() != 3) throw std::logic_error("surface coordinates have three columns: part, u, v");
   const SurfaceCoordinates* first = values.data();
-  append("face", values.empty() ? nullptr : &first->part, 3, values.size());
-  append("u", values.empty() ? nullptr : &first->u, 3, values.size());
-  append("v", values.empty() ? nullptr : &first->v, 3, values.size());
+  if (!names[0].empty()) append(names[0], values.empty() ? nullptr : &first->part, 3, values.size());
+  append(names[1], values.empty() ? nullptr : &first->u, 3, values.size());
+  append(names[2], values.empty() ? nullptr : &first->v, 3, values.size());
 }
 
 void write_csv(const Table& table, const std::filesystem::path& file) {

@@ -46,7 +46,8 @@ class Table {
   void add(std::string_view name, std::span<const std::string_view> values);
   void add(const std::array<std::string_view, 2>& names, std::span<const glm::vec2> values);
   void add(const std::array<std::string_view, 3>& names, std::span<const glm::vec3> values);
-  void add(std::span<const SurfaceCoordinates> values);  // face, u, v
+  // Of part, u and v, as the kind calls them (SurfaceDefinition::coordinate_names); a part without a name is left out.
+  void add(std::span<const std::string_view> names, std::span<const SurfaceCoordinates> values);
 
   std::size_t rows() const { return rows_; }
   const std::vector<TableColumn>& columns() const { return columns_; }

@@ -6,7 +6,8 @@
 
 #include "numerics/parallel.hpp"
 #include "smurf/error.hpp"
-#include "surfaces/surface_definition.hpp"
+#include "surfaces/hit_columns.hpp"
+#include "surfaces/kinds.hpp"
 
 namespace smurf {
 namespace {
@@ -47,27 +48,22 @@ const char* fault_of(const Ray& ray) {
 }
 
 void ReferenceQueries::cast(const RayBatch& rays, const CastOptions& options, HitList& hits) {
-  hits.ray_status_.assign(rays.size(), RayStatus::ok);
+  HitColumns::clear(hits);
+  auto& ray_status = HitColumns::ray_status(hits);
+  ray_status.assign(rays.size(), RayStatus::ok);
   for (std::size_t i = 0; i < rays.size(); i++) {
     const char* fault = fault_of(rays[i]);
     if (!fault) continue;
     if (options.bad_rays == BadRays::error)
       throw Error(ErrorCode::input, "ray " + std::to_string(i) + " is invalid: " + fault);
-    hits.ray_status_[i] = RayStatus::invalid;
+    ray_status[i] = RayStatus::invalid;
   }
 
-  hits.offsets_.assign(1, 0);
-  hits.rays_.clear();
-  hits.t_.clear();
-  hits.uncertainty_.clear();
-  hits.status_.clear();
-  hits.locations_.clear();
-  hits.coordinates_.clear();
   for_tiles(rays.size(), options.tile, options.progress, [&](std::size_t begin, std::size_t end) {
     std::vector<std::vector<ReferenceHit>> found(end - begin);
     parallel_for((end - begin + chunk - 1) / chunk, [&](std::size_t c) {
       for (std::size_t i = begin + c * chunk; i < std::min(end, begin + (c + 1) * chunk); i++) {
-        if (hits.ray_status_[i] != RayStatus::ok) continue;
+        if (ray_status[i] != RayStatus::ok) continue;
         std::vector<ReferenceHit>& row = found[i - begin];
         surface_->roots(in_double(rays[i]), options.hits == Hits::first, row);
         if (options.hits == Hits::first && row.size() > 1) row.erase(row.begin() + 1, row.end());
@@ -78,22 +74,21 @@ void ReferenceQueries::cast(const RayBatch& rays, const CastOptions& options, Hi
       for (const ReferenceHit& hit : found[i - begin]) {
         const double t = std::clamp(hit.t, ray.t_min, ray.t_max);
         const float rounded = float(t);
-        hits.rays_.push_back(std::uint32_t(i));
-        hits.t_.push_back(rounded);
-        // Still an enclosure after rounding t, and the sum itself rounded up.
-        hits.uncertainty_.push_back(std::nextafter(float(hit.uncertainty + std::abs(hit.t - rounded)), INFINITY));
-        hits.status_.push_back(hit.status);
-        hits.locations_.push_back(glm::vec3(ray.origin + t * ray.direction));
-        if (surface_->has_coordinates()) hits.coordinates_.push_back(hit.coordinates);
+        HitColumns::append(hits, surface_->has_coordinates(),
+                           {.rays = std::uint32_t(i),
+                            .t = rounded,
+                            // Still an enclosure after rounding t, and the sum itself rounded up.
+                            .uncertainty = std::nextafter(float(hit.uncertainty + std::abs(hit.t - rounded)), INFINITY),
+                            .status = hit.status,
+                            .locations = glm::vec3(ray.origin + t * ray.direction),
+                            .coordinates = hit.coordinates});
       }
-      hits.offsets_.push_back(hits.t_.size());
+      HitColumns::offsets(hits).push_back(hits.size());
     }
   });
 
-  hits.properties_ = {};
-  hits.principal_.clear();
   if (options.properties != 0)
-    measure({hits.locations_, hits.coordinates_, {}}, options.properties, {}, hits.properties_);
+    measure({hits.locations(), hits.coordinates(), {}}, options.properties, {}, HitColumns::properties(hits));
 }
 
 void ReferenceQueries::measure(const PointSet& set, std::uint32_t wanted, const ProbeOptions& options,
@@ -156,11 +151,11 @@ void ReferenceQueries::measure(const PointSet& set, std::uint32_t wanted, const 
 
 void ReferenceQueries::update(const std::shared_ptr<const SurfaceDefinition>& model) {
   std::shared_ptr<const ReferenceSurface> next = surface_->updated(*model);
-  if (!next) {
-    const std::unique_ptr<SurfaceQueries> fresh = model->reference();
-    next = dynamic_cast<ReferenceQueries&>(*fresh).surface_;
-  }
-  surface_ = std::move(next);
+  surface_ = next ? std::move(next) : refer(*model);
+}
+
+std::unique_ptr<SurfaceQueries> interrogate_by_reference(const SurfaceDefinition& definition) {
+  return std::make_unique<ReferenceQueries>(refer(definition));
 }
 
 }  // namespace smurf

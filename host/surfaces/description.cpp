@@ -13,7 +13,7 @@
 #include "smurf/error.hpp"
 #include "smurf/surface.hpp"
 #include "surfaces/description.hpp"
-#include "surfaces/surface_definition.hpp"
+#include "surfaces/kinds.hpp"
 
 namespace smurf {
 
@@ -21,15 +21,6 @@ using nlohmann::json;
 
 std::string_view Surface::kind() const { return model_->kind(); }
 Bounds Surface::bounds() const { return model_->bounds(); }
-
-const std::map<std::string, SurfaceReader>& surface_readers() {
-  static const std::map<std::string, SurfaceReader> readers{
-      {"implicit", read_implicit},
-      {"isosurface", read_isosurface},
-      {"mesh", read_mesh},
-  };
-  return readers;
-}
 
 namespace description {
 
@@ -118,6 +109,13 @@ std::shared_ptr<const SurfaceDefinition> read(const json& root, const std::files
 }
 
 }  // namespace
+
+std::shared_ptr<const SurfaceDefinition> read_isosurface(const json& root, const std::filesystem::path& folder) {
+  description::only_members(root, "", {"kind", "isovalue", "field"});
+  const double isovalue = description::number_member(root, "", "isovalue");
+  const json& field = description::object_member(root, "", "field");
+  return description::reader_of(isosurface_readers(), field, "field", "fields")(field, folder, isovalue);
+}
 
 Surface load_surface(const std::filesystem::path& file) {
   try {

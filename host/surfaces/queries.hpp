@@ -1,5 +1,5 @@
-// What the public API asks of a surface on a device. Two implementations: the batched stages on an
-// executor (host/api/batches.cpp) and the double-precision reference (host/reference).
+// What the public API asks of a surface on a device. Two implementations: the batched stages on an executor, and the
+// double-precision reference.
 #pragma once
 
 #include <memory>
@@ -24,12 +24,16 @@ class SurfaceQueries {
   // Adds the columns in `wanted` to `out`, and the status.
   virtual void measure(const PointSet& points, std::uint32_t wanted, const ProbeOptions& options,
                        PointProperties& out) = 0;
-  virtual void update(const std::shared_ptr<const SurfaceDefinition>& model) = 0;
+  virtual void update(const std::shared_ptr<const SurfaceDefinition>& definition) = 0;
   virtual std::size_t device_bytes() const = 0;
 };
 
+// By the stages of a batch on the device's executor (host/api/batches.cpp).
 std::unique_ptr<SurfaceQueries> interrogate_on_device(const Device& device,
-                                                      const std::shared_ptr<const SurfaceDefinition>& model,
+                                                      const std::shared_ptr<const SurfaceDefinition>& definition,
                                                       const PrepareOptions& options = {});
+
+// By the double-precision reference (host/reference/queries.cpp).
+std::unique_ptr<SurfaceQueries> interrogate_by_reference(const SurfaceDefinition& definition);
 
 }  // namespace smurf

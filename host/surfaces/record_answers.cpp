@@ -52,12 +52,8 @@ std::string hash_of(const HitList& hits) {
   Bytes bytes;
   bytes.add(hits.offsets());
   bytes.add(hits.ray_status());
-  bytes.add(hits.rays());
-  bytes.add(hits.t());
-  bytes.add(hits.uncertainty());
-  bytes.add(hits.status());
-  bytes.add(hits.locations());
-  bytes.add(hits.coordinates());
+#define HIT_COLUMN(name, type) bytes.add(hits.name());
+#include "smurf/hit_columns.def"
   return bytes.hash();
 }
 

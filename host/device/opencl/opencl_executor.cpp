@@ -240,9 +240,11 @@ std::size_t OpenclExecutor::work_group(const KernelSpec& spec) const {
 void OpenclExecutor::launch(const Program& program, std::span<DeviceBuffer* const> buffers,
                             std::span<const std::int32_t> integers, std::size_t items) {
   const KernelSpec& spec = spec_of(program.kernel);
-  if (buffers.size() != spec.buffers.size() || integers.size() != spec.integers.size()) {
+  const Bindings bindings = bindings_of(program);
+  if (buffers.size() != bindings.buffers.size() || integers.size() != bindings.integers.size()) {
     throw std::logic_error(fmt::format("{} takes {} buffers and {} integers, not {} and {}", spec.name,
-                                       spec.buffers.size(), spec.integers.size(), buffers.size(), integers.size()));
+                                       bindings.buffers.size(), bindings.integers.size(), buffers.size(),
+                                       integers.size()));
   }
   if (items == 0) return;
   cl::Kernel& kernel = kernel_of(program);

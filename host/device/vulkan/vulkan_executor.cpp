@@ -1,5 +1,6 @@
-// Kernels get their arguments as push constants: the 64-bit addresses of the buffers, then the integers.
-// There are no descriptor sets.
+// Kernels get their arguments as push constants: the 64-bit addresses of the buffers, then the integers. Where these are
+// more than push constants hold, the address of a table of the buffers' addresses stands in their place. There are no
+// descriptor sets.
 #include "device/vulkan/vulkan_executor.hpp"
 
 #include <array>
@@ -10,17 +11,6 @@
 
 namespace smurf::vulkan {
 namespace {
-
-constexpr std::size_t push_constant_bytes = 128;  // what every device has
-
-#define KERNEL(name, shape, group, bindings) \
-  static_assert(0 bindings <= push_constant_bytes, #name " has too many arguments");
-#define BUFFER(name) +8
-#define INTEGER(name) +4
-#include "kernels/kernels.def"
-#undef KERNEL
-#undef BUFFER
-#undef INTEGER
 
 class VulkanBuffer final : public DeviceBuffer {
  public:
@@ -163,10 +153,11 @@ void VulkanExecutor::launch(const Program& program, std::span<DeviceBuffer* cons
                             std::span<const std::int32_t> integers, std::size_t items) {
   context_->check_messages();
   const KernelSpec& spec = spec_of(program.kernel);
-  if (buffers.size() != spec.buffers.size() || integers.size() != spec.integers.size()) {
+  const Bindings bindings = bindings_of(program);
+  if (buffers.size() != bindings.buffers.size() || integers.size() != bindings.integers.size()) {
     throw Error(ErrorCode::usage,
                 fmt::format("vulkan: kernel {} takes {} buffers and {} integers, not {} and {}", spec.name,
-                            spec.buffers.size(), spec.integers.size(), buffers.size(), integers.size()));
+                            bindings.buffers.size(), bindings.integers.size(), buffers.size(), integers.size()));
   }
   if (items == 0) return;
   // Work groups lie in rows, since one row is limited; kernels pass over items beyond their count.
@@ -187,10 +178,19 @@ void VulkanExecutor::launch(const Program& program, std::span<DeviceBuffer* cons
   };
   const vk::raii::Pipeline& to_run = pipeline(program);
   guarded(fmt::format("launching kernel {}", spec.name), [&] {
-    for (const DeviceBuffer* buffer : buffers) {
-      const std::shared_ptr<Allocation>& allocation =
-          buffer ? static_cast<const VulkanBuffer*>(buffer)->allocation : nothing_;
-      push(allocation->address);
+    std::vector<std::shared_ptr<Allocation>> used_by_launch;
+    for (const DeviceBuffer* buffer : buffers)
+      used_by_launch.push_back(buffer ? static_cast<const VulkanBuffer*>(buffer)->allocation : nothing_);
+    std::vector<vk::DeviceAddress> addresses;
+    for (const auto& allocation : used_by_launch) addresses.push_back(allocation->address);
+    if (takes_table(buffers.size(), integers.size())) {
+      const std::size_t bytes = addresses.size() * sizeof addresses[0];
+      used_by_launch.push_back(memory_->allocate(bytes, "addresses of a kernel's buffers"));
+      memory_->write(*used_by_launch.back(), 0, addresses.data(), bytes);
+      addresses = {used_by_launch.back()->address};
+    }
+    for (const vk::DeviceAddress address : addresses) push(address);
+    for (const auto& allocation : used_by_launch) {
       allocation->last_batch = stream_->batch();
       stream_->keep(allocation);
     }

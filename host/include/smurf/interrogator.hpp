@@ -117,17 +117,12 @@ class HitList {
 
  private:
   friend class Interrogator;
-  friend class DeviceQueries;
-  friend class FlaggedHitResolver;
-  friend class ReferenceQueries;
+  friend struct HitColumns;  // internal: host/surfaces/hit_columns.hpp
   std::shared_ptr<SurfaceQueries> queries_;
   Values<std::uint64_t> offsets_;
-  Values<std::uint32_t> rays_;
-  Values<float> t_, uncertainty_;
-  Values<HitStatus> status_;
   Values<RayStatus> ray_status_;
-  Values<glm::vec3> locations_;
-  Values<SurfaceCoordinates> coordinates_;
+#define HIT_COLUMN(name, type) Values<type> name##_;
+#include "smurf/hit_columns.def"
   mutable PointProperties properties_;
   mutable Values<glm::vec2> principal_;
 };

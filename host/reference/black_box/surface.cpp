@@ -5,6 +5,7 @@
 // values of |f| among neighbours of one sign are looked into by golden sections. Derivatives are central differences,
 // with steps for double precision.
 #include "surfaces/black_box/definition.hpp"
+#include "surfaces/kinds.hpp"
 
 #include <algorithm>
 #include <array>
@@ -13,7 +14,7 @@
 #include <optional>
 
 #include "reference/implicit/function_on_ray.hpp"
-#include "reference/queries.hpp"
+#include "reference/surface.hpp"
 #include "smurf/error.hpp"
 
 namespace smurf {
@@ -165,13 +166,14 @@ class BlackBoxReference : public ReferenceSurface {
 
 }  // namespace
 
-std::unique_ptr<SurfaceQueries> BlackBoxSurface::reference() const {
-  if (!function.value)
+std::shared_ptr<const ReferenceSurface> refer_black_box(const SurfaceDefinition& definition) {
+  const auto& surface = dynamic_cast<const BlackBoxSurface&>(definition);
+  if (!surface.function.value)
     throw Error(ErrorCode::usage,
-                "the black box \"" + function.name +
+                "the black box \"" + surface.function.name +
                     "\" has no function for the host, which the reference asks: give one in C++ (BlackBox::value), or "
                     "as the description's \"equation\"; devices answer without it");
-  return std::make_unique<ReferenceQueries>(std::make_shared<BlackBoxReference>(*this));
+  return std::make_shared<BlackBoxReference>(surface);
 }
 
 }  // namespace smurf

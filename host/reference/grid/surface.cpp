@@ -1,11 +1,12 @@
 // The isosurface of a sampled volume, answered by the reference.
 #include "surfaces/grid/definition.hpp"
+#include "surfaces/kinds.hpp"
 
 #include <limits>
 
 #include "reference/grid/field.hpp"
 #include "reference/grid/roots.hpp"
-#include "reference/queries.hpp"
+#include "reference/surface.hpp"
 
 namespace smurf {
 namespace {
@@ -53,9 +54,10 @@ class GridReference : public ReferenceSurface {
 
 }  // namespace
 
-std::unique_ptr<SurfaceQueries> GridIsosurface::reference() const {
-  return std::make_unique<ReferenceQueries>(std::make_shared<GridReference>(
-      volume, reconstruction, isovalue, std::make_shared<GridField>(volume, reconstruction)));
+std::shared_ptr<const ReferenceSurface> refer_grid(const SurfaceDefinition& definition) {
+  const auto& surface = dynamic_cast<const GridIsosurface&>(definition);
+  return std::make_shared<GridReference>(surface.volume, surface.reconstruction, surface.isovalue,
+                                         std::make_shared<GridField>(surface.volume, surface.reconstruction));
 }
 
 }  // namespace smurf

@@ -1,5 +1,6 @@
 // Surfaces given by expressions, answered by the reference.
 #include "surfaces/implicit/definition.hpp"
+#include "surfaces/kinds.hpp"
 
 #include <algorithm>
 #include <array>
@@ -12,7 +13,7 @@
 #include "reference/implicit/creases.hpp"
 #include "reference/implicit/function_on_ray.hpp"
 #include "reference/implicit/roots.hpp"
-#include "reference/queries.hpp"
+#include "reference/surface.hpp"
 
 namespace smurf {
 namespace {
@@ -94,10 +95,12 @@ class ImplicitReference : public ReferenceSurface {
 
 }  // namespace
 
-std::unique_ptr<SurfaceQueries> ImplicitSurface::reference() const {
-  return std::make_unique<ReferenceQueries>(std::make_shared<ImplicitReference>(
-      FunctionRoots(function, domain, level), std::make_shared<JetEvaluator>(*function),
-      std::make_shared<SidesOfGradient>(function->graph, function->gradient), side));
+std::shared_ptr<const ReferenceSurface> refer_implicit(const SurfaceDefinition& definition) {
+  const auto& surface = dynamic_cast<const ImplicitSurface&>(definition);
+  const ImplicitFunction& function = *surface.function;
+  return std::make_shared<ImplicitReference>(
+      FunctionRoots(surface.function, surface.domain, surface.level), std::make_shared<JetEvaluator>(function),
+      std::make_shared<SidesOfGradient>(function.graph, function.gradient), surface.side);
 }
 
 }  // namespace smurf

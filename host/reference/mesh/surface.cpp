@@ -3,7 +3,8 @@
 #include <cmath>
 
 #include "reference/mesh/brute_force.hpp"
-#include "reference/queries.hpp"
+#include "reference/surface.hpp"
+#include "surfaces/kinds.hpp"
 #include "surfaces/mesh/definition.hpp"
 
 namespace smurf {
@@ -47,8 +48,9 @@ class MeshReference : public ReferenceSurface {
 
 }  // namespace
 
-std::unique_ptr<SurfaceQueries> MeshSurface::reference() const {
-  return std::make_unique<ReferenceQueries>(std::make_shared<MeshReference>(*this));
+std::shared_ptr<const ReferenceSurface> refer_mesh(const SurfaceDefinition& definition) {
+  const auto& surface = dynamic_cast<const MeshSurface&>(definition);
+  return std::make_shared<MeshReference>(surface);
 }
 
 }  // namespace smurf

@@ -1,6 +1,5 @@
 // Surfaces of functions that are known by their values alone: f(x, y, z) = level in a domain, f a user's own source
-// (smurf/black_box.hpp). The host description is shared by the device side (black_box.cpp) and the reference
-// (host/reference/black_box/surface.cpp).
+// (smurf/black_box.hpp).
 #pragma once
 
 #include "smurf/black_box.hpp"
@@ -16,8 +15,6 @@ class BlackBoxSurface : public SurfaceDefinition {
   Bounds bounds() const override { return {domain.lower, domain.upper}; }
   std::uint32_t properties() const override;
   std::vector<Fact> facts() const override;
-  std::unique_ptr<ResidentSurface> reside(Executor& executor, const PrepareOptions& options) const override;
-  std::unique_ptr<SurfaceQueries> reference() const override;  // host/reference/black_box/surface.cpp
 
   double diagonal() const { return glm::length(domain.upper - domain.lower); }
   // Of central differences for derivatives of order 1 or 2, where values are rounded to parts of 2^-bits.

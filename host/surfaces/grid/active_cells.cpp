@@ -89,12 +89,12 @@ ShiftStep slice_step(glm::ivec3 blocks) { return ShiftStep(row_step(blocks).size
 }  // namespace
 
 ActiveCells::ActiveCells(Executor& executor, glm::ivec3 cells, const Texts& modules, const Texts& defines,
-                         DeviceBuffer& uniforms, DeviceBuffer& surface_a, DeviceBuffer& bounds)
+                         DeviceBuffer& uniforms, DeviceBuffer& samples, DeviceBuffer& bounds)
     : executor_(executor),
       modules_(modules),
       defines_(defines),
       uniforms_(uniforms),
-      surface_a_(surface_a),
+      samples_(samples),
       bounds_(bounds),
       blocks_(blocks_of(cells)),
       bits_(executor, block_count(), "active cells"),
@@ -113,7 +113,7 @@ std::vector<glm::uvec2> ActiveCells::find() {
   std::vector<glm::uvec2> bits(block_count());
   launch(executor_, Program{KernelId::grid_activate, modules_, defines_},
          arguments::grid_activate{.uniforms = &uniforms_,
-                                  .surface_a = &surface_a_,
+                                  .samples = &samples_,
                                   .bounds = &bounds_,
                                   .cells = bits_.get(),
                                   .count = int(block_count())},
@@ -140,7 +140,7 @@ void ActiveCells::activate(std::span<const glm::uvec2> bits, glm::vec3 extent) {
   executor_.write(*skips_.get(), 0, distance.data(), distance.size());
   launch(executor_, Program{KernelId::grid_distances, modules_, defines_},
          arguments::grid_distances{.uniforms = &uniforms_,
-                                   .surface_a = &surface_a_,
+                                   .samples = &samples_,
                                    .cells = bits_.get(),
                                    .skips = skips_.get(),
                                    .distances = distances_.get(),

@@ -26,7 +26,7 @@ class ActiveCells {
   // All that is referred to must outlive this; `uniforms` is laid out as in grid/layout.inc, and filled but for the box
   // of active cells. `bounds` is what grid_block_reaches reads.
   ActiveCells(Executor& executor, glm::ivec3 cells, const Texts& modules, const Texts& defines, DeviceBuffer& uniforms,
-              DeviceBuffer& surface_a, DeviceBuffer& bounds);
+              DeviceBuffer& samples, DeviceBuffer& bounds);
 
   // The bits of the cells in each block that can hold a root of the level that stands in the uniforms now: bit
   // x + 4y + 16z of x | y << 32.
@@ -50,7 +50,7 @@ class ActiveCells {
  private:
   Executor& executor_;
   const Texts &modules_, &defines_;
-  DeviceBuffer &uniforms_, &surface_a_, &bounds_;
+  DeviceBuffer &uniforms_, &samples_, &bounds_;
   const glm::ivec3 blocks_;
   TypedBuffer<glm::uvec2> bits_;
   TypedBuffer<std::uint32_t> skips_;

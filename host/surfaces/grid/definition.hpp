@@ -1,5 +1,4 @@
-// The isosurface of a sampled volume: the host description that the device side
-// (grid_isosurface.cpp) and the reference (host/reference/grid/surface.cpp) share.
+// The isosurface of a sampled volume.
 #pragma once
 
 #include "surfaces/surface_definition.hpp"
@@ -13,8 +12,6 @@ class GridIsosurface : public SurfaceDefinition {
   Bounds bounds() const override;
   std::uint32_t properties() const override;
   std::vector<Fact> facts() const override;
-  std::unique_ptr<ResidentSurface> reside(Executor& executor, const PrepareOptions& options) const override;
-  std::unique_ptr<SurfaceQueries> reference() const override;  // host/reference/grid/surface.cpp
 
   const Volume volume;
   const double isovalue;

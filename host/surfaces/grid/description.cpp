@@ -1,6 +1,4 @@
-// Isosurfaces: from an API call or a description, over any kind of scalar field.
-//
-// A field kind is a line in field_readers(): it makes the surface f = isovalue of the field that it reads.
+// Isosurfaces of sampled volumes from an API call or a description.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -25,37 +23,6 @@ constexpr std::pair<Reconstruction, std::string_view> reconstruction_names[] = {
     {Reconstruction::tricubic, "tricubic"},
     {Reconstruction::catmull_rom, "catmull-rom"},
 };
-
-using FieldReader = std::function<std::shared_ptr<const SurfaceDefinition>(
-    const json& field, const std::filesystem::path& folder, double isovalue)>;
-
-std::shared_ptr<const SurfaceDefinition> read_grid(const json& field, const std::filesystem::path& folder,
-                                                   double isovalue) {
-  description::only_members(field, "field", {"kind", "file", "reconstruction"});
-  GridOptions options;
-  if (field.contains("reconstruction")) {
-    const std::string name = description::text_member(field, "field", "reconstruction");
-    try {
-      options.reconstruction = reconstruction_named(name);
-    } catch (const Error& error) {
-      throw Error(error.code(), fmt::format("member \"field.reconstruction\": {}", error.what()));
-    }
-  }
-  const std::string file = description::text_member(field, "field", "file");
-  try {
-    return isosurface(load_volume(folder / file), isovalue, options).share();
-  } catch (const Error& error) {
-    throw Error(error.code(), fmt::format("member \"field.file\": {}", error.what()));
-  }
-}
-
-const std::map<std::string, FieldReader>& field_readers() {
-  static const std::map<std::string, FieldReader> readers{
-      {"expression", read_expression_isosurface},
-      {"grid", read_grid},
-  };
-  return readers;
-}
 
 }  // namespace
 
@@ -82,11 +49,24 @@ Surface isosurface(const Volume& volume, double isovalue, const GridOptions& opt
   return Surface(std::make_shared<const GridIsosurface>(volume, isovalue, options));
 }
 
-std::shared_ptr<const SurfaceDefinition> read_isosurface(const json& root, const std::filesystem::path& folder) {
-  description::only_members(root, "", {"kind", "isovalue", "field"});
-  const double isovalue = description::number_member(root, "", "isovalue");
-  const json& field = description::object_member(root, "", "field");
-  return description::reader_of(field_readers(), field, "field", "fields")(field, folder, isovalue);
+std::shared_ptr<const SurfaceDefinition> read_grid_isosurface(const json& field, const std::filesystem::path& folder,
+                                                              double isovalue) {
+  description::only_members(field, "field", {"kind", "file", "reconstruction"});
+  GridOptions options;
+  if (field.contains("reconstruction")) {
+    const std::string name = description::text_member(field, "field", "reconstruction");
+    try {
+      options.reconstruction = reconstruction_named(name);
+    } catch (const Error& error) {
+      throw Error(error.code(), fmt::format("member \"field.reconstruction\": {}", error.what()));
+    }
+  }
+  const std::string file = description::text_member(field, "field", "file");
+  try {
+    return isosurface(load_volume(folder / file), isovalue, options).share();
+  } catch (const Error& error) {
+    throw Error(error.code(), fmt::format("member \"field.file\": {}", error.what()));
+  }
 }
 
 }  // namespace smurf

@@ -3,8 +3,6 @@
 //
 // Device memory for n³ samples of b bytes: b·n³ (4·(n+2)³ for tricubic, and as much again while it is set up), and for
 // each block of 64 cells 8 bytes of bounds and what active_cells.hpp says.
-#include "surfaces/grid/definition.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,6 +16,9 @@
 #include "kernels/grid/layout.inc"
 #include "smurf/error.hpp"
 #include "surfaces/grid/active_cells.hpp"
+#include "surfaces/grid/definition.hpp"
+#include "surfaces/kinds.hpp"
+#include "surfaces/resident_surface.hpp"
 
 namespace smurf {
 namespace {
@@ -106,8 +107,9 @@ class ResidentGridIsosurface final : public ResidentSurface {
 
   const std::map<std::string, std::string>& modules() const override { return modules_; }
   const std::map<std::string, std::string>& defines() const override { return defines_; }
-  DeviceBuffer* uniforms() const override { return uniforms_.get(); }
-  std::vector<DeviceBuffer*> buffers() const override { return {samples_.get(), cells_->distances()}; }
+  BufferGroup buffers() const override {
+    return {{"uniforms", uniforms_.get()}, {"samples", samples_.get()}, {"distances", cells_->distances()}};
+  }
   std::size_t bytes() const override {
     return samples_->bytes() + bounds_.bytes() + cells_->bytes() + uniforms_.bytes();
   }
@@ -130,14 +132,14 @@ class ResidentGridIsosurface final : public ResidentSurface {
   void choose_modules() {
     const bool cubic = reconstruction_ != Reconstruction::trilinear;
     const bool native = native_on_device(volume_.type()) && reconstruction_ != Reconstruction::tricubic;
-    modules_["surface"] = embedded_core("grid/surface.inc");
-    modules_["cells"] = embedded_core("grid/cells.inc");
-    modules_["field"] = embedded_core(cubic ? "grid/cubic.inc" : "grid/trilinear.inc");
+    modules_["surface"] = kernel_source("grid/surface.inc");
+    modules_["cells"] = kernel_source("grid/cells.inc");
+    modules_["field"] = kernel_source(cubic ? "grid/cubic.inc" : "grid/trilinear.inc");
     if (cubic)
-      modules_["weights"] = embedded_core(reconstruction_ == Reconstruction::tricubic ? "grid/weights_bspline.inc"
+      modules_["weights"] = kernel_source(reconstruction_ == Reconstruction::tricubic ? "grid/weights_bspline.inc"
                                                                                       : "grid/weights_catmull_rom.inc");
     modules_["samples"] =
-        embedded_core(fmt::format("grid/samples_{}.inc", name_of(native ? volume_.type() : SampleType::float32)));
+        kernel_source(fmt::format("grid/samples_{}.inc", name_of(native ? volume_.type() : SampleType::float32)));
     defines_["DEGREE"] = cubic ? "9" : "3";
     // A buffer of our own has room for a margin; the host's samples are read where they are.
     defines_["PADDED"] = reconstruction_ == Reconstruction::tricubic ? "1" : "0";
@@ -243,7 +245,7 @@ class ResidentGridIsosurface final : public ResidentSurface {
     bounds_ = TypedBuffer<glm::vec2>(executor_, count, "block bounds");
     launch(executor_, Program{KernelId::grid_bounds, modules_, defines_},
            arguments::grid_bounds{
-               .uniforms = uniforms_.get(), .surface_a = samples_.get(), .bounds = bounds_.get(), .count = int(count)},
+               .uniforms = uniforms_.get(), .samples = samples_.get(), .bounds = bounds_.get(), .count = int(count)},
            count);
     cells_ = std::make_unique<ActiveCells>(executor_, cells, modules_, defines_, *uniforms_.get(), *samples_,
                                            *bounds_.get());
@@ -263,51 +265,9 @@ class ResidentGridIsosurface final : public ResidentSurface {
 
 }  // namespace
 
-GridIsosurface::GridIsosurface(const Volume& the_volume, double the_isovalue, const GridOptions& options)
-    : volume(the_volume), isovalue(the_isovalue), reconstruction(options.reconstruction) {
-  if (!std::isfinite(isovalue))
-    throw Error(ErrorCode::input, fmt::format("the isovalue must be finite, not {}", isovalue));
-}
-
-Bounds GridIsosurface::bounds() const {
-  const GridPlacement& placement = volume.placement();
-  Bounds bounds{glm::dvec3(std::numeric_limits<double>::infinity()),
-                glm::dvec3(-std::numeric_limits<double>::infinity())};
-  for (int corner = 0; corner < 8; corner++) {
-    const glm::dvec3 index((corner & 1) ? volume.size().x - 1 : 0, (corner & 2) ? volume.size().y - 1 : 0,
-                           (corner & 4) ? volume.size().z - 1 : 0);
-    const glm::dvec3 point = placement.origin + placement.axes * index;
-    bounds.lower = glm::min(bounds.lower, point);
-    bounds.upper = glm::max(bounds.upper, point);
-  }
-  return bounds;
-}
-
-std::uint32_t GridIsosurface::properties() const {
-  return Property::value | Property::normal | Property::gauss | Property::mean | Property::principal |
-         Property::directions | Property::normal_curvature;
-}
-
-std::vector<Fact> GridIsosurface::facts() const {
-  const glm::ivec3 size = volume.size();
-  std::vector<Fact> facts{
-      {"field", "grid"},
-      {"reconstruction", std::string(name_of(reconstruction))},
-      {"isovalue", fmt::format("{}", isovalue)},
-      {"samples", fmt::format("{} x {} x {} {}", size.x, size.y, size.z, name_of(volume.type()))},
-      {"spacing", fmt::format("{:g} {:g} {:g}", glm::length(volume.placement().axes[0]),
-                              glm::length(volume.placement().axes[1]), glm::length(volume.placement().axes[2]))},
-      {"range", fmt::format("{:g} to {:g}", volume.minimum(), volume.maximum())},
-  };
-  if (volume.non_finite() > 0) {
-    facts.push_back({"not finite", fmt::format("{} samples are NaN or infinite: there is no surface within their reach",
-                                               volume.non_finite())});
-  }
-  return facts;
-}
-
-std::unique_ptr<ResidentSurface> GridIsosurface::reside(Executor& executor, const PrepareOptions&) const {
-  return std::make_unique<ResidentGridIsosurface>(*this, executor);
+std::unique_ptr<ResidentSurface> reside_grid(const SurfaceDefinition& definition, Executor& executor,
+                                             const PrepareOptions&) {
+  return std::make_unique<ResidentGridIsosurface>(dynamic_cast<const GridIsosurface&>(definition), executor);
 }
 
 }  // namespace smurf

@@ -1,5 +1,5 @@
-// The cells that the domain of an expression is cut into on a device, whether it is compiled (implicit.cpp) or
-// interpreted (implicit_tape.cpp), and what the device is told of surface and cells.
+// The cells that the domain of an expression is cut into on a device, whether it is compiled (resident.cpp) or
+// interpreted (tape.cpp), and what the device is told of surface and cells.
 #pragma once
 
 #include <array>
@@ -10,6 +10,7 @@
 #include "kernels/implicit/layout.inc"
 #include "surfaces/grid/active_cells.hpp"
 #include "surfaces/implicit/definition.hpp"
+#include "surfaces/resident_surface.hpp"
 
 namespace smurf {
 
@@ -23,7 +24,7 @@ struct CellGrid {
   CellGrid(const Domain& domain, int most_cells);
 };
 
-// The parameter buffer (implicit/layout.inc), but for the box of active cells.
+// The uniforms (kernels/implicit/layout.inc), but for the box of active cells.
 std::array<std::uint32_t, IMPLICIT_UNIFORM_WORDS> uniform_words(const ImplicitSurface& surface, const CellGrid& grid);
 
 // The cells of a surface's domain on a device: which of them are active, and their Taylor models
@@ -40,9 +41,14 @@ class ImplicitCells {
   // `tapes`; both are empty for expressions that are compiled.
   void make(std::vector<glm::uvec2> bits, std::span<const std::uint32_t> tape_places, DeviceBuffer* tapes);
 
-  DeviceBuffer* distances() const { return active_.distances(); }
-  DeviceBuffer* blocks() const { return blocks_.get(); }
-  DeviceBuffer* models() const { return models_.get(); }
+  // What kernels read (kernels/implicit/surface.inc); `tapes` is null for expressions that are compiled.
+  BufferGroup buffers(DeviceBuffer* tapes) const {
+    return {{"uniforms", &uniforms_},
+            {"models", models_.get()},
+            {"distances", active_.distances()},
+            {"cells", blocks_.get()},
+            {"tapes", tapes}};
+  }
   std::size_t bytes() const { return active_.bytes() + blocks_.bytes() + models_.bytes(); }
 
  private:

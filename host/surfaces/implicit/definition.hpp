@@ -1,6 +1,5 @@
 // Surfaces given by expressions: f(x, y, z) = level in a domain. Implicit equations (level 0, normals out of f < 0) and
-// isosurfaces of analytic fields (normals out of the denser side) are the same kind of surface; the host description is
-// shared by the device side (implicit.cpp) and the reference (host/reference/implicit/surface.cpp).
+// isosurfaces of analytic fields (normals out of the denser side) are the same kind of surface.
 #pragma once
 
 #include <array>
@@ -38,8 +37,6 @@ class ImplicitSurface : public SurfaceDefinition {
   Bounds bounds() const override { return {domain.lower, domain.upper}; }
   std::uint32_t properties() const override;
   std::vector<Fact> facts() const override;
-  std::unique_ptr<ResidentSurface> reside(Executor& executor, const PrepareOptions& options) const override;
-  std::unique_ptr<SurfaceQueries> reference() const override;  // host/reference/implicit/surface.cpp
   std::optional<AnalyticField> analytic_field() const override;
   RootResolver root_resolver() const override;
 

@@ -30,8 +30,6 @@ std::shared_ptr<const ImplicitFunction> function_of(std::string_view text, const
   return differentiated(std::move(graph), value);
 }
 
-Domain domain_of(const Domain& domain) { return {domain.lower, domain.upper, domain.radius}; }
-
 glm::dvec3 read_corner(const json& value, const std::string& path) {
   glm::dvec3 corner;
   bool fits = value.is_array() && value.size() == 3;
@@ -101,13 +99,13 @@ auto named(std::string_view path, std::string_view name, Make make) {
 Surface implicit(std::string_view equation, const Domain& domain, const Parameters& parameters) {
   return Surface(std::make_shared<const ImplicitSurface>("implicit", std::string(equation),
                                                          function_of(equation, parameters), 0,
-                                                         ImplicitSurface::Side::out_of_smaller, domain_of(domain)));
+                                                         ImplicitSurface::Side::out_of_smaller, domain));
 }
 
 Surface isosurface(std::string_view expression, double isovalue, const Domain& domain, const Parameters& parameters) {
   return Surface(std::make_shared<const ImplicitSurface>("isosurface", std::string(expression),
                                                          function_of(expression, parameters), isovalue,
-                                                         ImplicitSurface::Side::out_of_greater, domain_of(domain)));
+                                                         ImplicitSurface::Side::out_of_greater, domain));
 }
 
 Surface load_implicit(const std::filesystem::path& file, const std::optional<Domain>& domain) {
@@ -121,7 +119,7 @@ Surface load_implicit(const std::filesystem::path& file, const std::optional<Dom
   }
   return Surface(std::make_shared<const ImplicitSurface>(
       "implicit", read.title.empty() ? file.filename().string() : read.title,
-      differentiated(std::move(read.graph), read.root), 0, ImplicitSurface::Side::out_of_smaller, domain_of(where)));
+      differentiated(std::move(read.graph), read.root), 0, ImplicitSurface::Side::out_of_smaller, where));
 }
 
 namespace {

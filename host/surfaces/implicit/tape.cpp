@@ -175,8 +175,8 @@ class ResidentTape final : public ResidentSurface {
         function_(surface.function),
         program_(expression::device_program(function_->graph, function_->value)),
         whole_(expression::make_tape(program_)) {
-    modules_["surface"] = embedded_core("implicit/surface.inc");
-    modules_["models"] = embedded_core("implicit/tape_cells.inc");
+    modules_["surface"] = kernel_source("implicit/surface.inc");
+    modules_["models"] = kernel_source("implicit/tape_cells.inc");
     modules_["expression"] = device_functions(program_);
     defines_["PADDED"] = "0";
     ActiveCells::define_traversal(defines_, grid_.cells, true);
@@ -191,10 +191,7 @@ class ResidentTape final : public ResidentSurface {
 
   const std::map<std::string, std::string>& modules() const override { return modules_; }
   const std::map<std::string, std::string>& defines() const override { return defines_; }
-  DeviceBuffer* uniforms() const override { return uniforms_.get(); }
-  std::vector<DeviceBuffer*> buffers() const override {
-    return {cells_->models(), cells_->distances(), cells_->blocks(), tapes_.get()};
-  }
+  BufferGroup buffers() const override { return cells_->buffers(tapes_.get()); }
   std::size_t bytes() const override { return uniforms_.bytes() + cells_->bytes() + tapes_.bytes(); }
 
   bool update(const SurfaceDefinition& model) override {

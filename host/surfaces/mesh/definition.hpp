@@ -1,5 +1,4 @@
-// Polygon meshes as surfaces; the host description is shared by the device side (mesh.cpp) and the reference
-// (host/reference/mesh/surface.cpp).
+// Polygon meshes as surfaces.
 #pragma once
 
 #include <memory>
@@ -13,14 +12,13 @@ namespace smurf {
 class MeshSurface : public SurfaceDefinition {
  public:
   MeshSurface(const Mesh& mesh, MeshNormals normals, bool spatial_splits)
-      : mesh(mesh), normals(normals), spatial_splits(spatial_splits) {}
+      : SurfaceDefinition(SurfaceKind::mesh), mesh(mesh), normals(normals), spatial_splits(spatial_splits) {}
   std::string_view kind() const override { return "mesh"; }
   Bounds bounds() const override { return {glm::dvec3(mesh.lower()), glm::dvec3(mesh.upper())}; }
   std::uint32_t properties() const override;
-  bool has_coordinates() const override { return true; }
+  std::vector<std::string_view> coordinate_names() const override { return {"face", "u", "v"}; }
   std::vector<Fact> facts() const override;
-  std::unique_ptr<ResidentSurface> reside(Executor& executor, const PrepareOptions& options) const override;
-  std::unique_ptr<SurfaceQueries> reference() const override;  // host/reference/mesh/surface.cpp
+  std::string_view ray_limits() const override { return ", and its origin not 5e11 times as far out as the mesh"; }
 
   const Mesh mesh;
   const MeshNormals normals;

@@ -3,8 +3,6 @@
 // Device memory: 12 bytes a triangle and 12 a vertex for the mesh, and for the hierarchy with its leaves about 26 a
 // triangle (bunny00). Once properties have been asked for, 64 a vertex more; while they are made, about 120 a vertex on
 // top.
-#include "surfaces/mesh/definition.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,9 +12,12 @@
 
 #include "kernels/mesh/layout.inc"
 #include "smurf/error.hpp"
+#include "surfaces/kinds.hpp"
+#include "surfaces/mesh/definition.hpp"
 #include "surfaces/mesh/hierarchy.hpp"
 #include "surfaces/mesh/rings.hpp"
 #include "surfaces/mesh/vertices.hpp"
+#include "surfaces/resident_surface.hpp"
 
 namespace smurf {
 namespace {
@@ -26,7 +27,7 @@ class ResidentMesh final : public ResidentSurface {
   ResidentMesh(const MeshSurface& surface, Executor& executor, const PrepareOptions& options)
       : executor_(executor), mesh_(surface.mesh), unit_(mesh_unit(surface.mesh)) {
     const MeshHierarchy hierarchy = build_hierarchy(surface.mesh, unit_, surface.spatial_splits, options.progress);
-    modules_["surface"] = embedded_core("mesh/traversal.inc");
+    modules_["surface"] = kernel_source("mesh/traversal.inc");
     defines_["MESH_STACK"] = fmt::format("{}", std::max(64u, std::bit_ceil(unsigned(hierarchy.stack))));
     defines_["MESH_SPLITS"] = surface.spatial_splits ? "1" : "0";
     upload(executor, hierarchy.nodes, nodes_, "hierarchy of a mesh");
@@ -52,9 +53,12 @@ class ResidentMesh final : public ResidentSurface {
 
   const std::map<std::string, std::string>& modules() const override { return modules_; }
   const std::map<std::string, std::string>& defines() const override { return defines_; }
-  DeviceBuffer* uniforms() const override { return uniforms_.get(); }
-  std::vector<DeviceBuffer*> buffers() const override {
-    return {nodes_.get(), triangles_.get(), vertices_.get(), corners_.get()};
+  BufferGroup buffers() const override {
+    return {{"uniforms", uniforms_.get()},
+            {"nodes", nodes_.get()},
+            {"triangles", triangles_.get()},
+            {"vertices", vertices_.get()},
+            {"corners", corners_.get()}};
   }
   std::size_t bytes() const override {
     return nodes_.bytes() + triangles_.bytes() + vertices_.bytes() + corners_.bytes() + uniforms_.bytes();
@@ -91,13 +95,9 @@ class ResidentMesh final : public ResidentSurface {
 
 }  // namespace
 
-std::uint32_t MeshSurface::properties() const {
-  return Property::parameters | Property::normal | Property::gauss | Property::mean | Property::principal |
-         Property::directions | Property::normal_curvature;
-}
-
-std::unique_ptr<ResidentSurface> MeshSurface::reside(Executor& executor, const PrepareOptions& options) const {
-  return std::make_unique<ResidentMesh>(*this, executor, options);
+std::unique_ptr<ResidentSurface> reside_mesh(const SurfaceDefinition& definition, Executor& executor,
+                                             const PrepareOptions& options) {
+  return std::make_unique<ResidentMesh>(dynamic_cast<const MeshSurface&>(definition), executor, options);
 }
 
 }  // namespace smurf

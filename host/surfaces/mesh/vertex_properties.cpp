@@ -9,12 +9,12 @@
 #include "kernels/mesh/layout.inc"
 #include "smurf/error.hpp"
 #include "smurf/interrogator.hpp"
+#include "surfaces/mesh/definition.hpp"
 #include "surfaces/mesh/rings.hpp"
 #include "surfaces/mesh/vertices.hpp"
 #include "surfaces/property_columns.hpp"
 #include "surfaces/queries.hpp"
 #include "surfaces/record_answers.hpp"
-#include "surfaces/surface_definition.hpp"
 
 namespace smurf {
 namespace {
@@ -43,10 +43,10 @@ PointProperties on_device(Executor& executor, const Mesh& mesh, std::uint32_t wa
   make_vertices(executor, mesh, unit, [&](DeviceBuffer* vertices) {
     launch(executor,
            Program{KernelId::measure,
-                   {{"surface", std::string(embedded_core("mesh/vertex_surface.inc"))}},
-                   {{"COORDINATES", "1"}, {"CURVATURE", wanted == std::uint32_t(Property::normal) ? "0" : "1"}}},
-           arguments::measure{.uniforms = uniforms.get(),
-                              .surface_a = vertices,
+                   {{"surface", std::string(kernel_source("mesh/vertex_surface.inc"))}},
+                   {{"COORDINATES", "1"}, {"CURVATURE", wanted == std::uint32_t(Property::normal) ? "0" : "1"}},
+                   {{"surface", {"uniforms", "vertices"}}}},
+           arguments::measure{.surface = {{"uniforms", uniforms.get()}, {"vertices", vertices}},
                               .points = points.get(),
                               .coordinates = coordinates.get(),
                               .columns = columns.get(),
@@ -71,10 +71,8 @@ PointProperties on_reference(const Mesh& mesh, std::uint32_t wanted) {
     number++;
   }
   PointProperties out;
-  mesh_surface(mesh, MeshNormals::interpolated)
-      .model()
-      .reference()
-      ->measure({mesh.vertices(), corners, {}}, wanted, {}, out);
+  const MeshSurface surface(mesh, MeshNormals::interpolated, false);
+  interrogate_by_reference(surface)->measure({mesh.vertices(), corners, {}}, wanted, {}, out);
   return out;
 }
 

@@ -15,7 +15,8 @@
 #include "harness/shared_data.hpp"
 #include "reference/mesh/brute_force.hpp"
 #include "smurf/interrogator.hpp"
-#include "surfaces/surface_definition.hpp"
+#include "surfaces/kinds.hpp"
+#include "surfaces/resident_surface.hpp"
 #include "truth/meshes.hpp"
 
 KERNELS(find_nearest, measure);
@@ -28,20 +29,14 @@ using glm::dvec3;
 std::vector<SurfaceCoordinates> nearest_on(const TestDevice& device, const Mesh& mesh,
                                            const std::vector<glm::vec3>& points) {
   Executor& executor = device.device.executor();
-  const auto surface = mesh_surface(mesh).model().reside(executor, {});
-  std::vector<DeviceBuffer*> buffers = surface->buffers();
-  buffers.resize(4, nullptr);
+  const auto surface = reside(mesh_surface(mesh).model(), executor, {});
   TypedBuffer<glm::vec3> places(executor, points.size(), "points");
   places.write(points);
   TypedBuffer<SurfaceCoordinates> found(executor, points.size(), "coordinates");
-  Program program{KernelId::find_nearest, surface->modules(), surface->defines()};
+  Program program = surface->program(KernelId::find_nearest);
   program.defines["COORDINATES"] = "1";
   launch(executor, program,
-         arguments::find_nearest{.uniforms = surface->uniforms(),
-                                 .surface_a = buffers[0],
-                                 .surface_b = buffers[1],
-                                 .surface_c = buffers[2],
-                                 .surface_d = buffers[3],
+         arguments::find_nearest{.surface = surface->buffers(),
                                  .points = places.get(),
                                  .coordinates = found.get(),
                                  .first = 0,

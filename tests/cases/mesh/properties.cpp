@@ -421,7 +421,7 @@ TEST(MeshProperties, StatusesAreTheReferences) {
     const Places places = all_places(mesh);
     for (const MeshNormals normals : {MeshNormals::face, MeshNormals::interpolated}) {
       const Surface surface = mesh_surface(mesh, normals);
-      const PointProperties expected = measure_at(*surface.model().reference(), mesh, places);
+      const PointProperties expected = measure_at(*interrogate_by_reference(surface.model()), mesh, places);
       for (const TestDevice& device : test_devices()) {
         const PointProperties found = measure_at(device, mesh, normals, places);
         for (std::size_t i = 0; i < places.size(); i++) {
@@ -463,7 +463,8 @@ TEST(MeshProperties, FlatMeshes) {
       const Places places = all_places(mesh);
       for (const MeshNormals normals : {MeshNormals::face, MeshNormals::interpolated}) {
         const PointProperties p = measure_at(device, mesh, normals, places),
-                              expected = measure_at(*mesh_surface(mesh, normals).model().reference(), mesh, places);
+                              expected = measure_at(*interrogate_by_reference(mesh_surface(mesh, normals).model()),
+                                                    mesh, places);
         for (std::size_t i = 0; i < places.size(); i++) {
           ASSERT_NE(p.status[i] & PointStatus::umbilic, 0u) << device.label << ", " << i << ": " << p.k1[i] - p.k2[i];
           ASSERT_EQ(p.status[i], expected.status[i]) << device.label << ", " << i;

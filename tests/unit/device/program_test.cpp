@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "device/embedded_sources.hpp"
+#include "device/executor.hpp"
 
 namespace smurf {
 namespace {
@@ -18,7 +19,7 @@ namespace fs = std::filesystem;
 
 // A program whose surface is the given text. The entry includes "surface", as every entry of a generic kernel does.
 Program with_surface(std::string text, std::map<std::string, std::string> others = {}) {
-  Program program{KernelId::find_hits, std::move(others), {}};
+  Program program{KernelId::find_hits, std::move(others), {}, {{"surface", {"uniforms"}}}};
   program.modules["surface"] = std::move(text);
   return program;
 }
@@ -43,7 +44,6 @@ TEST(KernelSpecs, StandInTheOrderOfTheirIds) {
     EXPECT_EQ(static_cast<std::size_t>(specs[i].id), i);
     EXPECT_EQ(&spec_of(specs[i].id), &specs[i]);
     EXPECT_GT(specs[i].group, 0) << specs[i].name;
-    EXPECT_LE(8 * specs[i].buffers.size() + 4 * specs[i].integers.size(), 128u) << specs[i].name << ": push constants";
   }
 }
 
@@ -51,14 +51,44 @@ TEST(KernelSpecs, NameTheirBindings) {
   const KernelSpec& spec = spec_of(KernelId::count_blocks);
   EXPECT_EQ(spec.name, "count_blocks");
   EXPECT_EQ(spec.shape, KernelShape::scalar);
-  EXPECT_EQ(spec.buffers, (std::vector<std::string_view>{"counts", "blocks"}));
-  EXPECT_EQ(spec.integers, (std::vector<std::string_view>{"count", "block"}));
+  const Bindings bindings = bindings_of({KernelId::count_blocks, {}, {}});
+  EXPECT_EQ(bindings.buffers, (std::vector<std::string>{"counts", "blocks"}));
+  EXPECT_EQ(bindings.integers, (std::vector<std::string>{"count", "block"}));
 }
 
-TEST(KernelSpecs, HaveAnEntryInBothLanguages) {
+TEST(KernelSpecs, TakeGroupsOfBuffersByTheNamesOfTheProgram) {
+  Program program{KernelId::find_nearest, {{"surface", "marker_surface"}}, {}};
+  EXPECT_THROW(bindings_of(program), std::logic_error);
+  program.groups["surface"] = {"knots", "weights"};
+  EXPECT_EQ(bindings_of(program).buffers,
+            (std::vector<std::string>{"surface_knots", "surface_weights", "points", "coordinates"}));
+  for (const Language language : {Language::opencl, Language::glsl}) {
+    const std::string source = assemble(program, language, 1, 64);
+    EXPECT_EQ(occurrences(source, "STRUCT(SurfaceBuffers) { Buffer knots; Buffer weights; };"), 1u);
+    EXPECT_EQ(occurrences(source, "#define surface_buffers() surface_buffers_of(surface_knots, surface_weights)"), 1u);
+  }
+  // What a launch gives must be what the program names, in that order.
+  std::vector<DeviceBuffer*> buffers;
+  append_group(program, "surface", {{"knots"}, {"weights"}}, buffers);
+  EXPECT_EQ(buffers.size(), 2u);
+  EXPECT_THROW(append_group(program, "surface", {{"weights"}, {"knots"}}, buffers), std::logic_error);
+  EXPECT_THROW(append_group(program, "surface", {{"knots"}}, buffers), std::logic_error);
+  EXPECT_THROW(append_group(program, "row", {{"t"}}, buffers), std::logic_error);
+}
+
+TEST(KernelSpecs, FindTheAddressesOfManyBuffersInATable) {
+  Program program{KernelId::find_nearest, {{"surface", ""}}, {}};
+  for (int i = 0; i < 13; i++) program.groups["surface"].push_back("part" + std::to_string(i));
+  EXPECT_EQ(occurrences(assemble(program, Language::glsl, 1, 64), "KernelTable"), 0u)
+      << "15 buffers and 2 integers fit";
+  program.groups["surface"].push_back("part13");
+  EXPECT_GT(occurrences(assemble(program, Language::glsl, 1, 64), "KernelTable"), 0u);
+  EXPECT_EQ(occurrences(assemble(program, Language::opencl, 1, 64), "KernelTable"), 0u);
+}
+
+TEST(KernelSpecs, HaveAFile) {
   for (const KernelSpec& spec : kernel_specs()) {
     EXPECT_TRUE(embeds("kernels/" + std::string(spec.name) + ".cl")) << spec.name;
-    EXPECT_TRUE(embeds("shaders/" + std::string(spec.name) + ".comp")) << spec.name;
   }
 }
 
@@ -106,9 +136,9 @@ TEST(Assemble, NamesAnUnknownInclude) {
   }
 }
 
-TEST(EmbeddedCore, IsFoundByNameOrNamedInTheError) {
-  EXPECT_FALSE(embedded_core("roots/bernstein.inc").empty());
-  EXPECT_THROW(embedded_core("nonesuch.inc"), std::logic_error);
+TEST(KernelSource, IsFoundByNameOrNamedInTheError) {
+  EXPECT_FALSE(kernel_source("roots/bernstein.inc").empty());
+  EXPECT_THROW(kernel_source("nonesuch.inc"), std::logic_error);
 }
 
 TEST(ProgramOrder, TellsProgramsApart) {

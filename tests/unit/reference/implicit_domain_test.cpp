@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "reference/queries.hpp"
 #include "unit/reference/implicit_reference.hpp"
 
 namespace smurf::reference_test {
@@ -150,9 +151,9 @@ TEST(ImplicitReference, PlanesAreUmbilic) {
 
 TEST(ImplicitReference, UpdatesShareTheFunction) {
   const auto surface = surface_of("x^2 + y^2 + z^2", Side::out_of_smaller, box(2), 1);
-  const auto interrogation = surface->reference();
-  const auto& reference = dynamic_cast<const ReferenceQueries&>(*interrogation);
-  EXPECT_GT(interrogation->device_bytes(), 0u);
+  const auto queries = interrogate_by_reference(*surface);
+  const auto& reference = dynamic_cast<const ReferenceQueries&>(*queries);
+  EXPECT_GT(queries->device_bytes(), 0u);
   const auto roots = [&] {
     std::vector<ReferenceHit> hits;
     reference.surface().roots({dvec3(-3, 0, 0), x_axis}, false, hits);
@@ -165,13 +166,13 @@ TEST(ImplicitReference, UpdatesShareTheFunction) {
   ASSERT_TRUE(next);
   EXPECT_NEAR(next->measure({1.5, 0, 0}).frame.k1, -1 / 1.5, 1e-12);
   EXPECT_NEAR(reference.surface().measure({1.5, 0, 0}).frame.k1, 1 / 1.5, 1e-12);
-  interrogation->update(std::make_shared<const ImplicitSurface>("implicit", surface->text, surface->function, 2.25,
-                                                                surface->side, box(2)));
+  queries->update(std::make_shared<const ImplicitSurface>("implicit", surface->text, surface->function, 2.25,
+                                                          surface->side, box(2)));
   expect_roots(roots(), {1.5, 4.5}, 1e-12);
 
   const auto other = surface_of("x^2 + y^2 + z^2", Side::out_of_smaller, box(2), 0.25);
   EXPECT_FALSE(reference.surface().updated(*other));
-  interrogation->update(other);
+  queries->update(other);
   expect_roots(roots(), {2.5, 3.5}, 1e-12);
 }
 

@@ -12,8 +12,9 @@
 
 #include "expression/parser.hpp"
 #include "reference/implicit/roots.hpp"
-#include "reference/queries.hpp"
+#include "reference/surface.hpp"
 #include "surfaces/implicit/definition.hpp"
+#include "surfaces/kinds.hpp"
 #include "unit/reference/reference_volumes.hpp"
 
 namespace smurf::reference_test {
@@ -79,8 +80,7 @@ inline std::shared_ptr<const ImplicitSurface> surface_of(const std::string& text
 }
 
 inline ReferencePoint measured(const ImplicitSurface& surface, const dvec3& point) {
-  const auto interrogation = surface.reference();
-  return dynamic_cast<const ReferenceQueries&>(*interrogation).surface().measure(point);
+  return refer(surface)->measure(point);
 }
 
 // Of a sphere, and in `distance` how far the ray's nearest point is from it.

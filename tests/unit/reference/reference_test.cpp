@@ -335,7 +335,7 @@ std::shared_ptr<const GridIsosurface> sphere_model(double isovalue) {
 }
 
 TEST(ReferenceQueries, DoesNotDependOnTiles) {
-  const auto reference = sphere_model(0)->reference();
+  const auto reference = interrogate_by_reference(*sphere_model(0));
   const RayBatch rays = rays_at_sphere(1000);
   HitList whole, tiled, first;
   std::size_t reported = 0;
@@ -363,7 +363,7 @@ TEST(ReferenceQueries, DoesNotDependOnTiles) {
 }
 
 TEST(ReferenceQueries, MeasuresTheSphere) {
-  const auto reference = sphere_model(0)->reference();
+  const auto reference = interrogate_by_reference(*sphere_model(0));
   HitList hits;
   reference->cast(rays_at_sphere(200), {.hits = Hits::all}, hits);
   const std::vector<glm::vec3> directions(hits.size(), glm::vec3(1, 2, 3));
@@ -410,7 +410,7 @@ TEST(ReferenceQueries, FlagsOrRefusesBadRays) {
   bad[7].t_min = -inf;
   for (std::size_t i = 0; i < bad.size(); i++) rays.set(i, bad[i]);
   rays.set(9, good);
-  const auto reference = sphere_model(0)->reference();
+  const auto reference = interrogate_by_reference(*sphere_model(0));
   HitList hits;
   reference->cast(rays, {.hits = Hits::all}, hits);
   for (std::size_t i = 0; i < 10; i++) EXPECT_EQ(hits.ray_status()[i], i < 8 ? RayStatus::invalid : RayStatus::ok) << i;
@@ -426,7 +426,7 @@ TEST(ReferenceQueries, FlagsOrRefusesBadRays) {
 }
 
 TEST(ReferenceQueries, TakesAnotherIsovalue) {
-  const auto reference = sphere_model(0)->reference();
+  const auto reference = interrogate_by_reference(*sphere_model(0));
   const std::size_t bytes = reference->device_bytes();
   reference->update(sphere_model(0.2));
   EXPECT_EQ(reference->device_bytes(), bytes);
