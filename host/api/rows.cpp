@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <string>
 
+#include "kernels/layout/codes.inc"
 #include "smurf/error.hpp"
 
 namespace smurf {
@@ -12,7 +13,7 @@ namespace {
 
 constexpr double spare_rows = 1.05;  // how much more room there is than is expected to be needed
 constexpr int long_row = 12;         // ORDER_FEW of kernels/batch/order.inc
-constexpr auto is_cut = RayStatus(2);
+constexpr auto is_cut = RayStatus(RAY_STATUS_CUT);
 
 }  // namespace
 

@@ -1,4 +1,4 @@
-// Properties as kernels write them (kernels/layout/columns.inc), handed out as columns of results.
+// Properties as kernels write them (kernels/layout/codes.inc), handed out as columns of results.
 #pragma once
 
 #include <cstddef>
