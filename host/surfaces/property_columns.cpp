@@ -27,7 +27,8 @@ void take_columns(const std::shared_ptr<Values<std::uint32_t>>& words, std::size
   std::size_t column = 0;
   const auto take = [&]<class T>(Column<T>& values) {
     values = Column<T>(words, std::span(reinterpret_cast<const T*>(words->data() + column * count), count));
-    column += sizeof(T) / sizeof(std::uint32_t);
+    constexpr std::size_t word = 4;
+    column += sizeof(T) / word;
   };
   if (contains(wanted, Property::value)) take(out.value);
   if (contains(wanted, Property::normal)) take(out.normal);

@@ -26,7 +26,6 @@
 namespace smurf {
 namespace {
 
-using expression::Interpreter;
 using expression::Interval;
 using expression::Program;
 using expression::Tape;
