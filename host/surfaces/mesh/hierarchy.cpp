@@ -24,9 +24,9 @@ constexpr float triangle_cost = 0.05f;  // of a node's
 constexpr std::size_t most_parts = 4;   // of a triangle in the mean, where they are split
 static_assert(MESH_LEAF_MOST <= bvh_most_in_leaf);
 
-// The parts of a triangle on both sides of a plane across axis a: boxes around what `box`, which earlier splits may have
-// left of it, holds of it. Boxes hold all of the triangle that lies in them: where its edges cross the plane is
-// calculated in double, and rounded outwards by more than that errs.
+// The parts of a triangle on both sides of a plane across axis a, within `box`, which earlier splits may have left.
+// Boxes hold all of the triangle that lies in them: where its edges cross the plane is calculated in double, and
+// rounded outwards by more than that errs.
 std::array<BvhBox, 2> split(const Mesh& mesh, float unit, std::uint32_t number, const BvhBox& box, int a, float at) {
   const glm::uvec3 face = mesh.faces()[number];
   std::array<glm::dvec3, 3> corners;
