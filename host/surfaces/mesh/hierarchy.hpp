@@ -1,5 +1,5 @@
-// The hierarchy of boxes over a mesh's triangles, built by Embree (rtcBuildBVH) and laid out for kernels
-// (kernels/mesh/layout.inc).
+// The hierarchy of boxes over a mesh's triangles (host/bvh/hierarchy.hpp), and the leaves that hold the triangles, laid
+// out for kernels (kernels/mesh/layout.inc).
 #pragma once
 
 #include <cstddef>
@@ -7,15 +7,13 @@
 #include <functional>
 #include <vector>
 
+#include "bvh/hierarchy.hpp"
 #include "smurf/mesh.hpp"
 
 namespace smurf {
 
-struct MeshHierarchy {
-  std::vector<std::uint32_t> nodes;      // MESH_NODE_WORDS each; the first is the root
+struct MeshHierarchy : Bvh {
   std::vector<std::uint32_t> triangles;  // leaf by leaf
-  int stack = 0;                         // words that a traversal from near to far may have to keep
-  glm::vec3 lower{0.0f}, upper{0.0f};    // of the root, a little wider than the mesh
 };
 
 // Of the mesh with its coordinates times `unit`, a power of two; with `spatial_splits` a face may stand in several

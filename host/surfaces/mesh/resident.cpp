@@ -27,8 +27,8 @@ class ResidentMesh final : public ResidentSurface {
   ResidentMesh(const MeshSurface& surface, Executor& executor, const PrepareOptions& options)
       : executor_(executor), mesh_(surface.mesh), unit_(mesh_unit(surface.mesh)) {
     const MeshHierarchy hierarchy = build_hierarchy(surface.mesh, unit_, surface.spatial_splits, options.progress);
-    modules_["surface"] = kernel_source("mesh/traversal.inc");
-    defines_["MESH_STACK"] = fmt::format("{}", std::max(64u, std::bit_ceil(unsigned(hierarchy.stack))));
+    modules_["surface"] = kernel_source("mesh/surface.inc");
+    defines_["BVH_STACK"] = fmt::format("{}", std::max(64u, std::bit_ceil(unsigned(hierarchy.stack))));
     defines_["MESH_SPLITS"] = surface.spatial_splits ? "1" : "0";
     upload(executor, hierarchy.nodes, nodes_, "hierarchy of a mesh");
     upload(executor, hierarchy.triangles, triangles_, "triangles of a mesh");
@@ -37,10 +37,10 @@ class ResidentMesh final : public ResidentSurface {
     const auto put = [&](int at, float value) { words[std::size_t(at)] = std::bit_cast<std::uint32_t>(value); };
     float size = 0, extent = 0;
     for (int axis = 0; axis < 3; axis++) {
-      put(MESH_LOWER + axis, hierarchy.lower[axis]);
-      put(MESH_UPPER + axis, hierarchy.upper[axis]);
-      size = std::max({size, std::abs(hierarchy.lower[axis]), std::abs(hierarchy.upper[axis])});
-      extent = std::max(extent, hierarchy.upper[axis] - hierarchy.lower[axis]);
+      put(MESH_LOWER + axis, hierarchy.bounds.lower[axis]);
+      put(MESH_UPPER + axis, hierarchy.bounds.upper[axis]);
+      size = std::max({size, std::abs(hierarchy.bounds.lower[axis]), std::abs(hierarchy.bounds.upper[axis])});
+      extent = std::max(extent, hierarchy.bounds.upper[axis] - hierarchy.bounds.lower[axis]);
     }
     put(MESH_UNIT, unit_);
     put(MESH_SIZE, size);
