@@ -1,4 +1,4 @@
-// Judging a hit list by an oracle, for surfaces of every kind: counts first, then t; what hits are measured as is judged
+// Judging a hit list by an oracle, for surfaces of every kind: counts first, then t. What is measured at hits is judged
 // by points.hpp.
 //
 // A hit that claims a root claims exactly one; so the claiming hits of a ray must pair with its roots in order, each as

@@ -1,5 +1,5 @@
-// What devices measure at points against what is known there, for surfaces of every kind: normal, curvatures, directions
-// up to sign. Errors are told in parts of what is allowed, with the worst place of each.
+// What devices measure at points against what is known there, for surfaces of every kind: normal, curvatures, and
+// directions up to sign. Errors are told in parts of what is allowed, with the worst place of each.
 #pragma once
 
 #include <cmath>

@@ -49,8 +49,8 @@ struct SurfaceSample {
   glm::dvec3 point, normal;
 };
 
-// Every hostile family of a grid, about `count` rays each. `on_surface` are points of the surface that the rays are meant for,
-// used for tangent rays and for rays that start on the surface; without any, these families are left out.
+// Every hostile family of a grid, about `count` rays each. `on_surface` are points of the surface that the rays are
+// meant for, used for tangent rays and for rays that start on the surface; without any, these families are left out.
 std::vector<RayFamily> hostile_families(const GridFrame& frame, std::span<const SurfaceSample> on_surface,
                                         std::size_t count, unsigned seed);
 
@@ -77,8 +77,8 @@ void add_line(std::vector<Ray>& rays, const glm::vec3& origin, const glm::vec3& 
 // Lines that meet vertices, edges and planes of triangles exactly or nearly, about `most` of each of ten families.
 RayBatch hostile_lines(std::span<const glm::vec3> vertices, std::span<const glm::uvec3> faces, float size,
                        std::size_t most);
-// Parallel lines on a raster that vertices of lattices lie on, in an image's order: packets that meet edges and vertices
-// together.
+// Parallel lines on a raster that vertices of lattices lie on, in an image's order: packets that meet edges and
+// vertices together.
 RayBatch raster_lines(const glm::vec3& lower, const glm::vec3& upper, int axis);
 
 }  // namespace smurf::test

@@ -52,7 +52,7 @@ std::pair<double, double> range_in(const Bounds& box, const Ray& ray) {
   return {enter, leave};
 }
 
-// The reference's hits as the roots. Where both have one, each may be off by its enclosure and by the rounding of t, and
+// The reference's hits as the roots. Where both have one, each may be off by its enclosure and by the rounding of t;
 // twice as much counts as right.
 HitListOracle oracle_of(const Surface& surface, const HitList& truth) {
   const Bounds bounds = surface.bounds();
