@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "workloads/pairing.hpp"
+
 namespace smurf::workloads {
 
 struct Errors {
@@ -125,22 +127,22 @@ ReferenceAnswers::ReferenceAnswers(const Workload& workload, const Interrogator&
   rate_ = double(some.size()) / seconds_since(start);
 }
 
-// Both lists of a ray are sorted: they are merged, and what lies within `same_root` is paired. A first-hit query is
+// Both lists of a ray ascend in t and are paired in that order, where they lie within `same_root`. A first-hit query is
 // held to the reference's hits up to the hit that it reports.
 void ReferenceAnswers::judge_ray(const HitList& hits, std::size_t sample, Verdict& verdict, Errors& errors) const {
   const std::size_t ray = sample_[sample];
   const double tolerance = same_root * voxel_;
   const auto mine = hits.t(), truth = hits_.t();
-  std::size_t d = hits.offsets()[ray], d_end = hits.offsets()[ray + 1];
-  std::size_t r = hits_.offsets()[sample], r_end = hits_.offsets()[sample + 1];
-  const std::size_t d_begin = d, r_begin = r;
+  const std::size_t d_begin = hits.offsets()[ray], d_end = hits.offsets()[ray + 1];
+  const std::size_t r_begin = hits_.offsets()[sample];
+  std::size_t r_end = hits_.offsets()[sample + 1];
   if (kind_ == Kind::first_hit) {
-    std::size_t expected = r;
-    while (d < d_end && expected < r_end && truth[expected] < mine[d] - tolerance) expected++;
-    if (expected < r_end && (d == d_end || truth[expected] <= mine[d] + tolerance)) expected++;
+    std::size_t expected = r_begin;
+    while (d_begin < d_end && expected < r_end && truth[expected] < mine[d_begin] - tolerance) expected++;
+    if (expected < r_end && (d_begin == d_end || truth[expected] <= mine[d_begin] + tolerance)) expected++;
     r_end = expected;
   }
-  verdict.expected_hits += r_end - r;
+  verdict.expected_hits += r_end - r_begin;
 
   auto flagged_at = [&](double t) {
     for (std::size_t i = d_begin; i < d_end; i++)
@@ -163,19 +165,20 @@ void ReferenceAnswers::judge_ray(const HitList& hits, std::size_t sample, Verdic
 
   const PointProperties& my_points = hits.properties(properties_);
   const PointProperties& true_points = hits_.properties(properties_);
-  while (d < d_end || r < r_end) {
-    if (r == r_end || (d < d_end && mine[d] < truth[r] - tolerance)) {
-      differs(verdict.invented, mine[d++]);
-    } else if (d == d_end || truth[r] < mine[d] - tolerance) {
-      differs(verdict.missed, truth[r++]);
-    } else {
-      if (hits.status()[d] == HitStatus::isolated && hits_.status()[r] == HitStatus::isolated) {
-        errors.t.push_back(difference(mine[d], truth[r]) / voxel_);
-        compare_point(my_points, d, true_points, r, range_, errors);
-      }
-      d++;
-      r++;
-    }
+  const PairingRules rules{[&](std::size_t h, std::size_t k) {
+                             const double off = std::abs(double(mine[d_begin + h]) - truth[r_begin + k]) / tolerance;
+                             return off <= 1 ? off : another_root;
+                           },
+                           [&](std::size_t h) { return flagged_at(mine[d_begin + h]); },
+                           [&](std::size_t k) { return flagged_at(truth[r_begin + k]); }};
+  const Pairing found = pair_in_order(d_end - d_begin, r_end - r_begin, rules);
+  for (const std::size_t h : found.lone_hits) differs(verdict.invented, mine[d_begin + h]);
+  for (const std::size_t k : found.lone_roots) differs(verdict.missed, truth[r_begin + k]);
+  for (const auto& [h, k] : found.pairs) {
+    const std::size_t d = d_begin + h, r = r_begin + k;
+    if (hits.status()[d] != HitStatus::isolated || hits_.status()[r] != HitStatus::isolated) continue;
+    errors.t.push_back(difference(mine[d], truth[r]) / voxel_);
+    compare_point(my_points, d, true_points, r, range_, errors);
   }
 }
 

@@ -1,17 +1,17 @@
-// One descriptor per case: a sampled field, an isovalue, a reconstruction and a number of rays. It is run on every
-// device, and everything that a hit list says is compared with the truth in double precision.
+// Cases of grids: a sampled field, an isovalue, a reconstruction and a number of rays, as descriptors of the general
+// form (case.hpp).
 #pragma once
 
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "harness/compare.hpp"
-#include "harness/devices.hpp"
-#include "smurf/interrogator.hpp"
+#include "harness/case.hpp"
+#include "harness/grid_truth.hpp"
 #include "smurf/surface.hpp"
 #include "truth/jet.hpp"
 #include "truth/rays.hpp"
@@ -30,35 +30,16 @@ struct GridCase {
   unsigned seed = 1;
 };
 
-struct Totals {
-  Verdict random, hostile;
-};
+// Chords, camera rays and hostile families; the roots and properties of the same reconstruction in double precision.
+Case case_of(const GridCase& grid_case);
+// Of rays that cases make themselves.
+Case case_of(const GridCase& grid_case, std::vector<RayFamily> families);
+inline std::map<std::string, Totals> run(const GridCase& grid_case) { return run(case_of(grid_case)); }
 
-// Checks, on every device: hits of all rays against the truth (compare.hpp); first hits; properties against the
-// reference's; and that runs, tiles and numbers of lanes agree to the bit. Returns what was counted, by the device's
-// label.
-std::map<std::string, Totals> run(const GridCase& grid_case);
-// The same on some devices only.
-std::map<std::string, Totals> run(const GridCase& grid_case, std::span<TestDevice> devices);
-
-// The parts of it, for cases that need only some.
-std::vector<RayFamily> families_of(const GridCase& grid_case);
-// `known` is a list that was judged before, on another device: hits that equal it need no second judgement.
-struct Judged {
-  HitList hits;
-  Verdict verdict;
-};
-Judged expect_hits(const GridCase& grid_case, const std::shared_ptr<const GridField>& field, const RayFamily& family,
-                   const Truth& truth, TestDevice& device, const Interrogator& query, const Judged* known = nullptr);
+GridTolerances tolerances_of(const GridCase& grid_case);
 // The properties of hits by the field's jet; nothing where the field or its derivatives are undefined.
 using JetAt = std::function<std::optional<Jet>(const glm::dvec3&)>;
-void expect_properties(const GridCase& grid_case, const JetAt& jet_at, const HitList& hits, const std::string& where);
+PointOracle points_of(const GridCase& grid_case, const JetAt& jet_at);
 JetAt jets_of(const std::shared_ptr<const GridField>& field);
-Judging judging_of(const GridCase& grid_case);
-
-// Every column of two hit lists, to the bit.
-bool same_bytes(const HitList& a, const HitList& b);
-// The first `count` rays, whole rows of an image.
-RayBatch first_rays(const RayBatch& rays, std::size_t count);
 
 }  // namespace smurf::test

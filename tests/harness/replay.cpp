@@ -63,6 +63,15 @@ std::string replay_command(const std::string& name, const Volume& volume, double
   return replay_command(name, description, ray, device);
 }
 
+std::string replay_command(const std::string& name, const Mesh& mesh, const Ray& ray, const std::string& device) {
+  const std::filesystem::path file = (output_folder() / file_name(name)).string() + ".obj";
+  std::ofstream out(file);
+  for (const glm::vec3& p : mesh.vertices()) out << fmt::format("v {} {} {}\n", p.x, p.y, p.z);
+  for (const glm::uvec3& f : mesh.faces()) out << fmt::format("f {} {} {}\n", f.x + 1, f.y + 1, f.z + 1);
+  const std::string description = fmt::format("{{\"kind\":\"mesh\",\"file\":\"{}\"}}\n", file.filename().string());
+  return replay_command(name, description, ray, device);
+}
+
 std::string replay_command(const std::string& name, const std::string& description, const Ray& ray,
                            const std::string& device) {
   const std::filesystem::path base = output_folder() / file_name(name);

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 
+#include "smurf/mesh.hpp"
 #include "smurf/rays.hpp"
 #include "smurf/surface.hpp"
 #include "smurf/volume.hpp"
@@ -20,6 +21,9 @@ std::filesystem::path save_volume(const Volume& volume, const std::filesystem::p
 // line of the program that casts it on the device.
 std::string replay_command(const std::string& name, const Volume& volume, double isovalue,
                            Reconstruction reconstruction, const Ray& ray, const std::string& device);
+
+// The same for a mesh, which is written as OBJ.
+std::string replay_command(const std::string& name, const Mesh& mesh, const Ray& ray, const std::string& device);
 
 // The same for a surface whose description (JSON) stands for itself.
 std::string replay_command(const std::string& name, const std::string& description, const Ray& ray,

@@ -12,8 +12,12 @@
 #include <cmath>
 #include <cstdio>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "harness/hit_list_oracle.hpp"
+#include "harness/judge.hpp"
+#include "harness/tolerances.hpp"
 #include "smurf/black_box.hpp"
 #include "smurf/error.hpp"
 #include "smurf/interrogator.hpp"
@@ -23,6 +27,8 @@
 
 namespace smurf::test {
 namespace {
+
+constexpr std::string_view kind = "kernel sweep";
 
 constexpr SampleType stored_types[] = {SampleType::float32, SampleType::uint8, SampleType::int8, SampleType::uint16,
                                        SampleType::int16};
@@ -64,10 +70,8 @@ class Sweep {
     rays.image_width = 16;  // so that rays are reordered
     const HitList hits = query.cast(rays, {.hits = Hits::all, .tile = 128}),
                   expected = truth.cast(rays, {.hits = Hits::all});
-    expect(std::ranges::equal(hits.offsets(), expected.offsets()), "numbers of hits");
     expect(hits.size() > 50, "enough hits");
-    if (hits.size() != expected.size()) return;
-    expect_close("t", difference(hits.t(), expected.t()), 1e-4);
+    if (!expect_hits(hits, expected, rays)) return;
 
     const HitList first = query.cast(rays, {.hits = Hits::first});
     expect(first.size() <= hits.size() && first.size() > 0, "first hits");
@@ -78,13 +82,14 @@ class Sweep {
     const std::uint32_t all = 127;
     const PointProperties a = query.probe(points, all, {.directions = directions});
     const PointProperties b = truth.probe(points, all, {.directions = directions});
-    expect_close("value", difference(a.value, b.value), 1e-4);
-    expect_close("normal", difference(flat(a.normal), flat(b.normal)), 1e-3);
-    expect_close("gauss", difference(a.gauss, b.gauss), 1e-2);
-    expect_close("mean", difference(a.mean, b.mean), 1e-2);
-    expect_close("k1", difference(a.k1, b.k1), 1e-2);
-    expect_close("k2", difference(a.k2, b.k2), 1e-2);
-    expect_close("normal curvature", difference(a.normal_curvature, b.normal_curvature), 1e-2);
+    expect_close("value", difference(a.value, b.value), tolerance(Quantity::value, kind));
+    expect_close("normal", difference(flat(a.normal), flat(b.normal)), tolerance(Quantity::normal, kind));
+    expect_close("gauss", difference(a.gauss, b.gauss), tolerance(Quantity::curvature, kind));
+    expect_close("mean", difference(a.mean, b.mean), tolerance(Quantity::curvature, kind));
+    expect_close("k1", difference(a.k1, b.k1), tolerance(Quantity::curvature, kind));
+    expect_close("k2", difference(a.k2, b.k2), tolerance(Quantity::curvature, kind));
+    expect_close("normal curvature", difference(a.normal_curvature, b.normal_curvature),
+                 tolerance(Quantity::curvature, kind));
     std::printf("%-22s %zu hits\n", what_.c_str(), hits.size());
   }
 
@@ -99,18 +104,18 @@ class Sweep {
     for (int axis = 0; axis < 3; axis++) frame.placement.axes[axis][axis] = mesh.upper()[axis] - mesh.lower()[axis];
     const RayBatch rays = random_chords(frame, 100, 5).rays;
     const HitList hits = query.cast(rays, {.hits = Hits::all}), expected = truth.cast(rays, {.hits = Hits::all});
-    expect(std::ranges::equal(hits.offsets(), expected.offsets()), "numbers of hits");
+    expect_hits(hits, expected, rays);
     const auto points = expected.locations();
     const PointProperties a = query.probe(points, Property::normal | Property::mean),
                           b = truth.probe(points, Property::normal | Property::mean);
-    expect_close("normal", difference(flat(a.normal), flat(b.normal)), 1e-3);
-    // The torus itself: on a mesh as coarse as this the reference's estimate is off by more.
+    expect_close("normal", difference(flat(a.normal), flat(b.normal)), tolerance(Quantity::normal, kind));
+    // The torus itself.
     std::vector<float> mean;
     for (const glm::vec3& p : points) {
       const double out = std::hypot(p.x, p.y) - 3, cosine = out / std::hypot(out, double(p.z));
       mean.push_back(float(0.5 + 0.5 * cosine / (3 + cosine)));
     }
-    expect_close("mean", difference(a.mean, mean), 0.1);
+    expect_close("mean", difference(a.mean, mean), tolerance(Quantity::curvature, "kernel sweep, coarse mesh"));
     std::printf("%-22s %zu hits\n", what_.c_str(), hits.size());
   }
 
@@ -123,14 +128,12 @@ class Sweep {
     for (int axis = 0; axis < 3; axis++) frame.placement.axes[axis][axis] = 2;
     const RayBatch rays = random_chords(frame, 60, 5).rays;
     const HitList hits = query.cast(rays, {.hits = Hits::all}), expected = truth.cast(rays, {.hits = Hits::all});
-    expect(std::ranges::equal(hits.offsets(), expected.offsets()), "numbers of hits");
     expect(hits.size() > 20, "enough hits");
-    if (hits.size() != expected.size()) return;
-    expect_close("t", difference(hits.t(), expected.t()), 1e-4);
+    if (!expect_hits(hits, expected, rays, HitStatus::bracketed)) return;
     const std::uint32_t wanted = Property::normal | Property::mean;
     const PointProperties a = query.probe(expected.locations(), wanted), b = truth.probe(expected.locations(), wanted);
-    expect_close("normal", difference(flat(a.normal), flat(b.normal)), 1e-3);
-    expect_close("mean", difference(a.mean, b.mean), 1e-2);
+    expect_close("normal", difference(flat(a.normal), flat(b.normal)), tolerance(Quantity::normal, kind));
+    expect_close("mean", difference(a.mean, b.mean), tolerance(Quantity::curvature, kind));
     std::printf("%-22s %zu hits\n", what_.c_str(), hits.size());
   }
 
@@ -146,11 +149,30 @@ class Sweep {
     failures_++;
     std::fprintf(stderr, "%s: wrong: %s\n", what_.c_str(), what);
   }
-  void expect_close(const char* quantity, double error, double allowed) {
-    if (error <= allowed) return;
+  void expect_close(const char* quantity, double error, const Tolerance& allowed) {
+    if (error <= allowed.value) return;
     failures_++;
     std::fprintf(stderr, "%s: %s differs from the reference by %g, allowed %g\n", what_.c_str(), quantity, error,
-                 allowed);
+                 allowed.value);
+  }
+  // As many hits of each ray as the reference has, in the same places. Says whether there are as many.
+  bool expect_hits(const HitList& hits, const HitList& expected, const RayBatch& rays,
+                   HitStatus claim = HitStatus::isolated) {
+    expect(std::ranges::equal(hits.offsets(), expected.offsets()), "numbers of hits");
+    const auto match = [](const Ray&, const Hit& hit, const Root& root) {
+      const double error = std::abs(hit.t - root.t) / std::max(1.0, std::abs(root.t));
+      return Match{error / tolerance(Quantity::t, kind).value, error};
+    };
+    const Verdict verdict = judge(
+        hits,
+        HitListOracle(expected, {.match = match, .claim = claim, .doubtful_when_flagged = false, .unit = "relative"}),
+        rays);
+    if (verdict.failures() > 0) {
+      failures_++;
+      std::fprintf(stderr, "%s: %s; worst: ray %zu: %s\n", what_.c_str(), verdict.summary().c_str(), verdict.worst_ray,
+                   verdict.worst.c_str());
+    }
+    return hits.size() == expected.size();
   }
 
   Device device_, reference_;

@@ -198,6 +198,21 @@ RayFamily random_chords(const GridFrame& frame, std::size_t count, unsigned seed
   return out;
 }
 
+RayBatch chords_between(const GridFrame& frame, const glm::dvec3& low, const glm::dvec3& high, std::size_t count,
+                        unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  const auto point = [&] {
+    return frame.to_world(low + (high - low) * glm::dvec3(uniform(random), uniform(random), uniform(random)));
+  };
+  RayBatch rays(count);
+  for (std::size_t i = 0; i < count; i++) {
+    const glm::dvec3 a = point(), b = point();
+    rays.set(i, {glm::vec3(a), glm::vec3(b - a), 0.0f, 1.0f});
+  }
+  return rays;
+}
+
 RayFamily camera_rays(const GridFrame& frame, std::size_t count, unsigned seed) {
   constexpr int width = 64;
   RandomRays random(frame, seed);
@@ -232,6 +247,114 @@ std::vector<RayFamily> hostile_families(const GridFrame& frame, std::span<const 
   if (!on_surface.empty()) add_surface_families(out, frame, on_surface, random, count);
   out.push_back(invalid_family(random, count));
   return out;
+}
+
+BoxChords chords_of(const glm::dvec3& lower, const glm::dvec3& upper) {
+  return {.lower = lower, .upper = upper, .before = 1.5 * glm::length(upper - lower)};
+}
+
+RayBatch random_chords(const BoxChords& chords, std::size_t count, unsigned seed) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> unit(0, 1);
+  const auto point = [&](double part) {
+    while (true) {
+      const glm::dvec3 u(unit(random), unit(random), unit(random));
+      const glm::dvec3 p = chords.lower + (chords.upper - chords.lower) * u;
+      if (chords.radius == 0 || glm::length(p) <= chords.radius) return part * p;
+    }
+  };
+  RayBatch rays(count);
+  for (std::size_t i = 0; i < count; i++) {
+    const double part = i % 2 == 0 ? 1 : chords.inner;
+    const glm::dvec3 a = point(part), b = point(part);
+    const glm::dvec3 along = glm::normalize(b - a);
+    const double speed = chords.least_speed + chords.speeds * unit(random);
+    rays.set(i, {glm::vec3(a - chords.before * along), glm::vec3(speed * along)});
+  }
+  return rays;
+}
+
+RayBatch chords_from_afar(const glm::dvec3& upper, std::size_t count, unsigned seed) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  RayBatch rays(count);
+  for (std::size_t i = 0; i < count; i++) {
+    const glm::dvec3 a(unit(random), unit(random), unit(random)), b(unit(random), unit(random), unit(random));
+    rays.set(i, {glm::vec3(upper * (a - 4.0 * (b - a))), glm::vec3(upper * (b - a))});
+  }
+  return rays;
+}
+
+void add_line(std::vector<Ray>& rays, const glm::vec3& origin, const glm::vec3& direction) {
+  if (direction != glm::vec3(0.0f)) rays.push_back({origin, direction, -whole_line, whole_line});
+}
+
+RayBatch sphere_chords(const glm::vec3& lower, const glm::vec3& upper, std::size_t count, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<float> normal;
+  const glm::vec3 centre = 0.5f * (lower + upper);
+  const float radius = 0.5f * glm::length(upper - lower);
+  const auto on_sphere = [&] {
+    return centre + radius * glm::normalize(glm::vec3(normal(random), normal(random), normal(random)));
+  };
+  std::vector<Ray> rays;
+  for (std::size_t i = 0; i < count; i++) {
+    const glm::vec3 from = on_sphere();
+    add_line(rays, from, on_sphere() - from);
+  }
+  return RayBatch(rays);
+}
+
+RayBatch hostile_lines(std::span<const glm::vec3> vertices, std::span<const glm::uvec3> faces, float size,
+                       std::size_t most) {
+  std::mt19937 random(11);
+  std::normal_distribution<float> normal;
+  const auto any = [&] { return glm::vec3(normal(random), normal(random), normal(random)); };
+  const auto vertex = [&](std::size_t i) {
+    return vertices[i * std::max<std::size_t>(1, vertices.size() / most) % vertices.size()];
+  };
+  std::vector<Ray> rays;
+  for (std::size_t i = 0; i < std::min(most, vertices.size()); i++) {
+    const glm::vec3 p = vertex(i);
+    add_line(rays, p, any());              // through a vertex, from it
+    add_line(rays, p, vertex(i + 1) - p);  // from one to another, through it where the difference is exact
+    for (int axis = 0; axis < 3; axis++) {
+      glm::vec3 direction(0.0f), start = p;
+      direction[axis] = i % 2 == 0 ? 1.0f : -1.0f;
+      start[axis] -= 2 * size * direction[axis];
+      add_line(rays, start, direction);
+    }
+  }
+  for (std::size_t i = 0; i < std::min(most, faces.size()); i++) {
+    const glm::uvec3 f = faces[i * std::max<std::size_t>(1, faces.size() / most) % faces.size()];
+    const glm::vec3 a = vertices[f.x], b = vertices[f.y], c = vertices[f.z];
+    add_line(rays, a, b - a);                                               // along an edge
+    add_line(rays, a, (b - a) + (c - a));                                   // in the plane
+    add_line(rays, a - (b - a), 2.0f * (b - a) - (c - a));                  // in the plane, past the triangle
+    add_line(rays, 0.5f * (a + b), any());                                  // through the middle of an edge
+    add_line(rays, a, glm::cross(glm::cross(b - a, c - a) / size, any()));  // grazing
+  }
+  return RayBatch(rays);
+}
+
+RayBatch raster_lines(const glm::vec3& lower, const glm::vec3& upper, int axis) {
+  constexpr int across = 32;
+  const int x = (axis + 1) % 3, y = (axis + 2) % 3;
+  const glm::vec3 extent = upper - lower;
+  std::vector<Ray> rays;
+  for (int j = 0; j < across; j++) {
+    for (int i = 0; i < across; i++) {
+      glm::vec3 origin = lower, direction(0.0f);
+      origin[x] += extent[x] * float(i) / 16.0f - extent[x] / 2;
+      origin[y] += extent[y] * float(j) / 16.0f - extent[y] / 2;
+      origin[axis] -= extent[axis];
+      direction[axis] = 1.0f;
+      add_line(rays, origin, direction);
+    }
+  }
+  RayBatch batch(rays);
+  batch.image_width = across;
+  return batch;
 }
 
 }  // namespace smurf::test

@@ -34,14 +34,14 @@ Volume volume_of(const std::vector<T>& values, glm::ivec3 size, const GridPlacem
 // A few thousand rays of every family, judged as in grid_isosurface.cpp.
 void run_small(const std::string& name, const Volume& volume, double isovalue, Reconstruction reconstruction) {
   std::vector<TestDevice> on = devices();
-  run(GridCase{.name = name + ", " + std::string(name_of(reconstruction)),
+  run(case_of({.name = name + ", " + std::string(name_of(reconstruction)),
                .volume = volume,
                .isovalue = isovalue,
                .reconstruction = reconstruction,
                .random_rays = 2000,
                .hostile_rays = 40,
                .slow_share = 10,
-               .properties = 1000},
+               .properties = 1000}),
       on);
 }
 
@@ -100,12 +100,10 @@ TEST(GridSamples, IntegersWithPlateausOnTheIsovalue) {
   const Volume volume = volume_of(values, size);
   for (TestDevice& device : devices()) {
     for (Reconstruction reconstruction : all_reconstructions) {
-      const GridCase c{
-          .name = "plateaus", .volume = volume, .isovalue = 1, .reconstruction = reconstruction, .random_rays = 3000};
-      const auto field = std::make_shared<const GridField>(volume, reconstruction);
-      const Interrogator query(device.device, isosurface(volume, 1, {reconstruction}));
-      for (const RayFamily& family : families_of(c))
-        expect_hits(c, field, family, Truth(field, 1, family.rays), device, query);
+      const Case one = case_of(
+          {.name = "plateaus", .volume = volume, .isovalue = 1, .reconstruction = reconstruction, .random_rays = 3000});
+      const Interrogator query(device.device, one.surface);
+      for (const RayFamily& family : one.rays) expect_hits(one, family, *one.oracle(family), device, query);
     }
   }
 }

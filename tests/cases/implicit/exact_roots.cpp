@@ -1,4 +1,4 @@
-// Algebraic surfaces (harness/sturm.hpp) and the gyroid on random rays against the exact number and place of their
+// Algebraic surfaces (truth/sturm.hpp) and the gyroid on random rays against the exact number and place of their
 // roots: whatever a device says is isolated must be exactly one root, and every root must be an isolated hit or lie in
 // the enclosure of one that is flagged.
 //
@@ -14,21 +14,25 @@
 #include <functional>
 #include <iostream>
 #include <limits>
-#include <random>
+#include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "expression/files.hpp"
 #include "expression/parser.hpp"
+#include "harness/case.hpp"
 #include "harness/compile_at_most.hpp"
 #include "harness/density.hpp"
 #include "harness/devices.hpp"
 #include "harness/kernel_cover.hpp"
 #include "harness/replay.hpp"
 #include "harness/shared_data.hpp"
+#include "harness/tolerances.hpp"
 #include "numerics/parallel.hpp"
 #include "smurf/interrogator.hpp"
+#include "truth/rays.hpp"
 #include "truth/sturm.hpp"
 
 KERNELS(find_hits, count_blocks, order_rows);
@@ -39,18 +43,7 @@ namespace {
 constexpr std::size_t usual_rays = 2000;
 constexpr std::size_t few_rays = 100;  // on Vulkan, where it is a processor; twice as many for the reference
 
-// t is a float, and the sum of two: where the ray enters the domain, and how far the hit is from there. Each rounds to
-// half a unit of its last place, 2^-24 of the farthest t.
-constexpr double rounding_of_t = 2 * 0x1p-24;
-// Roots this close to the border of the domain, in parts of its size, may be found or not: devices clip in floats, from
-// where the ray begins, which is one and a half such sizes away.
-constexpr double border = 2e-6;
-
-// Rays that may be flagged. Hits that are flagged by floats are decided in double (host/api/resolve_hits.hpp), which
-// leaves those at which rounding in double matters: double roots, and singular points nearer than about 1e-6. Random
-// rays meet neither, not even on surfaces that are singular along whole curves; so it is all flagged rays that count,
-// wherever they are.
-constexpr double most_flagged = 1e-3;
+constexpr std::string_view kind = "implicit";
 
 struct Scene {
   std::string name;
@@ -191,151 +184,97 @@ class GyroidOnRay {
   DistinctRoots found_;
 };
 
-std::string replay(const Scene& scene, std::size_t index, const Ray& ray, const TestDevice& device) {
+// A case without its rays.
+Case case_of(const Scene& scene) {
   const Domain& d = scene.domain;
   const std::string what =
       scene.file.empty() ? "\"equation\":\"" + scene.equation + "\"" : "\"file\":\"" + scene.file.string() + "\"";
   const std::string radius = d.radius > 0 ? fmt::format(",\"radius\":{}", d.radius) : "";
   const std::string json = fmt::format("{{\"kind\":\"implicit\",{},\"domain\":[[{},{},{}],[{},{},{}]]{}}}\n", what,
                                        d.lower.x, d.lower.y, d.lower.z, d.upper.x, d.upper.y, d.upper.z, radius);
-  return replay_command(fmt::format("{} {} {}", scene.name, device.name, index), json, ray, device.name);
+  return {.name = scene.name,
+          .surface = surface_of(scene),
+          .replay = [json](const std::string& name, const Ray& ray, const std::string& device) {
+            return replay_command(name + " " + device, json, ray, device);
+          }};
 }
 
 // Lines through two random points, from outside: of the whole domain, and every second time of its middle, where most
 // of these surfaces are.
 RayBatch chords(const Domain& domain, std::size_t count, unsigned seed) {
-  std::mt19937_64 random(seed);
-  std::uniform_real_distribution<double> unit(0, 1);
-  const auto point = [&](double part) {
-    while (true) {
-      const glm::dvec3 u(unit(random), unit(random), unit(random));
-      const glm::dvec3 p = domain.lower + (domain.upper - domain.lower) * u;
-      if (domain.radius == 0 || glm::length(p) <= domain.radius) return part * p;
-    }
-  };
-  const double size = glm::length(domain.upper - domain.lower);
-  RayBatch rays(count);
-  for (std::size_t i = 0; i < count; i++) {
-    const double part = i % 2 == 0 ? 1 : 0.3;
-    const glm::dvec3 a = point(part), b = point(part);
-    const glm::dvec3 along = glm::normalize(b - a);
-    rays.set(i, {glm::vec3(a - 1.5 * size * along), glm::vec3((0.25 + unit(random)) * along)});
-  }
-  return rays;
+  BoxChords chords = chords_of(domain.lower, domain.upper);
+  chords.radius = domain.radius;
+  chords.inner = 0.3;
+  return random_chords(chords, count, seed);
 }
 
 // The exact answer for one ray: all roots up to a margin beyond the domain, and the part in which every one of them
 // must be found.
-struct Truth {
-  DistinctRoots roots;
-  RayPart whole{0, 0}, inner{0, 0};
+class ExactRay : public RayOracle {
+ public:
+  ExactRay(const Exact& exact, const Domain& domain, const Ray& ray) {
+    const double margin = tolerance(Quantity::border, kind).value * glm::length(domain.upper - domain.lower);
+    whole_ = part_of(domain, ray, margin);
+    inner_ = part_of(domain, ray, -margin);
+    const DistinctRoots found = exact.roots(ray, whole_);
+    doubtful_ = found.doubtful;
+    for (const double t : found.at) known.push_back({t, inner_.contains(t)});
+    rounding_ = tolerance(Quantity::t, kind).value * 0x1p-24 * std::max(std::abs(whole_.first), std::abs(whole_.last));
+  }
+
+  std::vector<Root> known;
+
+  std::span<const Root> roots() const override { return known; }
+  bool doubtful() const override { return doubtful_; }
+  Match match(const Hit& hit, const Root& root) const override {
+    const double off = std::abs(root.t - hit.t) / enclosure(hit);
+    return off <= 1 ? Match{off, off} : Match{};
+  }
+  double enclosure(const Hit& hit) const override { return hit.uncertainty + rounding_; }
+  double length() const override { return whole_.last - whole_.first; }
+
+ private:
+  RayPart whole_{0, 0}, inner_{0, 0};
+  double rounding_ = 0;
+  bool doubtful_ = false;
 };
 
-std::vector<Truth> truth_of(const Exact& exact, const Domain& domain, const RayBatch& rays) {
-  const double margin = border * glm::length(domain.upper - domain.lower);
-  std::vector<Truth> truth(rays.size());
-  parallel_for(rays.size(), [&](std::size_t i) {
-    truth[i].whole = part_of(domain, rays[i], margin);
-    truth[i].inner = part_of(domain, rays[i], -margin);
-    truth[i].roots = exact.roots(rays[i], truth[i].whole);
-  });
-  return truth;
-}
+class ExactOracle : public Oracle {
+ public:
+  ExactOracle(const Exact& exact, const Domain& domain, const RayBatch& rays) : of_rays_(rays.size()) {
+    parallel_for(rays.size(), [&](std::size_t i) { of_rays_[i].emplace(exact, domain, rays[i]); });
+  }
 
-struct Verdict {
-  std::size_t roots = 0, missed = 0, invented = 0;
-  bool flagged = false;
-  double worst = 0;   // distance of an isolated hit from its root, of what is allowed
-  double widest = 0;  // flagged enclosure, of the ray's part
+  std::unique_ptr<const RayOracle> on(std::size_t index, const Ray&) const override {
+    return std::make_unique<ExactRay>(*of_rays_[index]);
+  }
+
+ private:
+  std::vector<std::optional<ExactRay>> of_rays_;
 };
 
-Verdict judge(const HitList& hits, std::size_t ray_index, const Truth& truth) {
-  Verdict verdict;
-  const double rounding = rounding_of_t * std::max(std::abs(truth.whole.first), std::abs(truth.whole.last));
-  const std::vector<double>& roots = truth.roots.at;
-  verdict.roots = roots.size();
-  std::vector<bool> found(roots.size());
-  const std::size_t begin = hits.offsets()[ray_index], end = hits.offsets()[ray_index + 1];
-  std::size_t next = 0;
-  for (std::size_t h = begin; h < end; h++) {
-    const double t = hits.t()[h], reach = hits.uncertainty()[h] + rounding;
-    if (hits.status()[h] == HitStatus::isolated) {
-      // Both are in order: a root that was passed over is not for a later hit.
-      while (next < roots.size() && roots[next] < t - reach) next++;
-      if (next < roots.size() && roots[next] <= t + reach) {
-        verdict.worst = std::max(verdict.worst, std::abs(roots[next] - t) / reach);
-        found[next++] = true;
-      } else {
-        verdict.invented++;
-      }
-      continue;
-    }
-    verdict.flagged = true;
-    const double length = truth.whole.last - truth.whole.first;
-    verdict.widest = std::max(verdict.widest, 2 * double(hits.uncertainty()[h]) / length);
-  }
-  for (std::size_t r = 0; r < roots.size(); r++) {
-    if (found[r] || !truth.inner.contains(roots[r])) continue;
-    bool enclosed = false;
-    for (std::size_t h = begin; h < end && !enclosed; h++) {
-      enclosed = hits.status()[h] != HitStatus::isolated &&
-                 std::abs(hits.t()[h] - roots[r]) <= hits.uncertainty()[h] + rounding;
-    }
-    verdict.missed += !enclosed;
-  }
-  return verdict;
-}
-
-std::string told(const HitList& hits, std::size_t ray, const Truth& truth) {
-  std::string text = "roots";
-  for (const double t : truth.roots.at) text += fmt::format(" {:.9g}", t);
-  text += "; hits";
-  for (std::size_t h = hits.offsets()[ray]; h < hits.offsets()[ray + 1]; h++)
-    text += fmt::format(" {:.9g}±{:.2g} {}", hits.t()[h], hits.uncertainty()[h], name_of(hits.status()[h]));
-  return text;
-}
-
-void check(const Scene& scene, const Exact& exact, const TestDevice& device, const RayBatch& rays,
-           const std::vector<Truth>& truth) {
-  const HitList hits = Interrogator(device.device, surface_of(scene)).cast(rays, {.hits = Hits::all});
+void check(const Scene& scene, const Exact& exact, const TestDevice& device, const RayBatch& rays) {
+  const Case one = case_of(scene);
+  const HitList hits = Interrogator(device.device, one.surface).cast(rays, {.hits = Hits::all});
   ASSERT_EQ(hits.ray_count(), rays.size());
-  std::vector<Verdict> verdicts(rays.size());
-  parallel_for(rays.size(), [&](std::size_t i) { verdicts[i] = judge(hits, i, truth[i]); });
-  std::size_t roots = 0, flagged = 0, doubtful = 0, wrong = 0;
-  double worst = 0, widest = 0;
-  for (std::size_t i = 0; i < rays.size(); i++) {
-    const Verdict& verdict = verdicts[i];
-    roots += verdict.roots;
-    flagged += verdict.flagged;
-    widest = std::max(widest, verdict.widest);
-    doubtful += truth[i].roots.doubtful;
-    if (truth[i].roots.doubtful) continue;
-    worst = std::max(worst, verdict.worst);
-    if (verdict.missed + verdict.invented == 0) continue;
-    if (wrong++ < 3) {
-      ADD_FAILURE() << scene.name << ", " << device.label << ", ray " << i << ": " << verdict.missed << " missed, "
-                    << verdict.invented << " invented; " << told(hits, i, truth[i]) << "\n  "
-                    << replay(scene, i, rays[i], device);
-    }
-  }
+  const ExactOracle oracle(exact, scene.domain, rays);
+  const Verdict verdict = expect_hits(one, "chords", rays, oracle, device, hits);
   const std::string label = scene.name + ", " + device.label;
-  std::cout << fmt::format(
-      "  {}: {}, {} rays, {} roots, {} flagged, {} wrong, {} doubtful; "
-      "t off by {:.2f} of what is allowed, widest enclosure {:.2g} of the ray\n",
-      label, exact.kind, rays.size(), roots, flagged, wrong, doubtful, worst, widest);
-  EXPECT_EQ(wrong, 0u) << label;
+  std::cout << "  " << label << ": " << exact.kind << ", " << verdict.summary() << "\n";
+  EXPECT_EQ(verdict.failures(), 0u) << label;
   // Whoever counts must know.
-  EXPECT_LE(doubtful, rays.size() / 10000) << label;
-  EXPECT_GT(roots, rays.size() / 50) << label << ": the rays show nothing";
+  EXPECT_LE(verdict.doubtful_rays, rays.size() / 10000) << label;
+  EXPECT_GT(verdict.roots, rays.size() / 50) << label << ": the rays show nothing";
   // The reference decides by itself: of its few rays one may come near to where sheets cross.
-  EXPECT_LE(double(flagged), most_flagged * double(rays.size()) + (device.name == "reference" ? 1 : 0)) << label;
+  constexpr double most_flagged = tolerance(Quantity::flagged_rays, kind).value;
+  EXPECT_LE(double(verdict.flagged_rays), most_flagged * double(rays.size()) + (device.name == "reference" ? 1 : 0))
+      << label;
 }
 
 std::size_t rays_of(std::size_t usual) { return usual * std::size_t(density()); }
 
 void run(const Scene& scene, const Exact& exact, const TestDevice& device, std::size_t count) {
-  const RayBatch rays = chords(scene.domain, count, 41);
-  check(scene, exact, device, rays, truth_of(exact, scene.domain, rays));
+  check(scene, exact, device, chords(scene.domain, count, 41));
 }
 
 TestDevice reference() { return {"reference", "reference", 0, false, reference_device()}; }
@@ -383,29 +322,30 @@ INSTANTIATE_TEST_SUITE_P(Collected, AlgebraicRoots, testing::ValuesIn(collected_
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(AlgebraicRoots);
 INSTANTIATE_TEST_SUITE_P(Own, AlgebraicRootsOnVulkan, testing::ValuesIn(own_scenes), name_of_test);
 
-// The verdict itself: right hits are found wrong as soon as the truth is another one.
+// The judge itself: right hits are found wrong as soon as the truth is another one.
 TEST(ExactRootsVerdict, NoticesWhatIsWrong) {
   const Scene& scene = own_scenes.front();
   const Exact exact = exact_of(scene);
   const RayBatch rays = chords(scene.domain, 100, 7);
-  const std::vector<Truth> truth = truth_of(exact, scene.domain, rays);
   const HitList hits = Interrogator(reference_device(), surface_of(scene)).cast(rays, {.hits = Hits::all});
   std::size_t tried = 0;
   for (std::size_t i = 0; i < rays.size(); i++) {
-    const auto wrong = [&](const Truth& other) {
-      const Verdict verdict = judge(hits, i, other);
+    const auto wrong = [&](const ExactRay& oracle) {
+      const Verdict verdict = judge_ray(hits, i, oracle, rays[i]);
+      EXPECT_EQ(verdict.failures(), verdict.missed + verdict.invented) << "ray " << i << ": " << verdict.worst;
       return std::pair(verdict.missed, verdict.invented);
     };
     const auto pair = [](std::size_t missed, std::size_t invented) { return std::pair(missed, invented); };
-    ASSERT_EQ(wrong(truth[i]), pair(0, 0)) << "ray " << i;
-    if (truth[i].roots.at.size() < 2) continue;
+    const ExactRay truth(exact, scene.domain, rays[i]);
+    ASSERT_EQ(wrong(truth), pair(0, 0)) << "ray " << i;
+    if (truth.known.size() < 2) continue;
     tried++;
-    Truth fewer = truth[i], more = truth[i], moved = truth[i];
-    fewer.roots.at.erase(fewer.roots.at.begin());
+    ExactRay fewer = truth, more = truth, moved = truth;
+    fewer.known.erase(fewer.known.begin());
     EXPECT_EQ(wrong(fewer), pair(0, 1)) << "ray " << i;
-    more.roots.at.insert(more.roots.at.begin() + 1, 0.5 * (more.roots.at[0] + more.roots.at[1]));
+    more.known.insert(more.known.begin() + 1, {0.5 * (more.known[0].t + more.known[1].t)});
     EXPECT_EQ(wrong(more), pair(1, 0)) << "ray " << i;
-    moved.roots.at.front() -= 1e-4;
+    moved.known.front().t -= 1e-4;
     EXPECT_EQ(wrong(moved), pair(1, 1)) << "ray " << i;
   }
   EXPECT_GT(tried, 20u);

@@ -1,5 +1,6 @@
 // Surfaces given by expressions: every root on every ray, on every device, against the reference; normals and
 // curvatures; no hit where a function is undefined; closed forms.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,42 +13,31 @@
 
 #include "expression/evaluate.hpp"
 #include "expression/files.hpp"
+#include "harness/case.hpp"
 #include "harness/compile_at_most.hpp"
 #include "harness/devices.hpp"
+#include "harness/hit_list_oracle.hpp"
 #include "harness/kernel_cover.hpp"
 #include "harness/shared_data.hpp"
+#include "harness/tolerances.hpp"
 #include "smurf/error.hpp"
 #include "smurf/interrogator.hpp"
+#include "truth/rays.hpp"
 
 KERNELS(implicit_models, grid_activate, grid_distances, find_hits, count_blocks, order_rows, measure);
 
 namespace smurf::test {
 namespace {
 
-// t: a float's last place at the far end of the ray, and as much for the sum of the entry and what follows it. Roots
-// this close to the border of the domain, in parts of its size, may be found or not: devices clip in floats.
-constexpr double rounding_of_t = 1.2e-7;
-constexpr double border = 2e-6;
-constexpr double flagged_part = 1e-3;  // of random rays, at most, where there are no singular points
+constexpr std::string_view kind = "implicit";
+constexpr double flagged_part = tolerance(Quantity::flagged_rays, kind).value;  // where there are no singular points
 
 constexpr std::uint32_t shape =
     Property::value | Property::normal | Property::gauss | Property::mean | Property::principal;
 
 // Lines through two random points of the box, from outside of it.
 RayBatch chords(const Bounds& box, std::size_t count, unsigned seed) {
-  std::mt19937_64 random(seed);
-  std::uniform_real_distribution<double> unit(0, 1);
-  const auto point = [&] {
-    return box.lower + (box.upper - box.lower) * glm::dvec3(unit(random), unit(random), unit(random));
-  };
-  const double size = glm::length(box.upper - box.lower);
-  RayBatch rays(count);
-  for (std::size_t i = 0; i < count; i++) {
-    const glm::dvec3 a = point(), b = point();
-    const glm::dvec3 direction = (0.25 + unit(random)) * glm::normalize(b - a);
-    rays.set(i, {glm::vec3(a - 1.5 * size * glm::normalize(b - a)), glm::vec3(direction)});
-  }
-  return rays;
+  return random_chords(chords_of(box.lower, box.upper), count, seed);
 }
 
 // Where the ray is in the box.
@@ -62,56 +52,46 @@ std::pair<double, double> range_in(const Bounds& box, const Ray& ray) {
   return {enter, leave};
 }
 
-struct Found {
-  std::vector<double> t, uncertainty;
-  bool flagged = false;
-};
+// The reference's hits as the roots. Where both have one, each may be off by its enclosure and by the rounding of t;
+// twice as much counts as right.
+HitListOracle oracle_of(const Surface& surface, const HitList& truth) {
+  const Bounds bounds = surface.bounds();
+  const auto rounding = [bounds](const Ray& ray) {
+    return tolerance(Quantity::t, kind).value * 0x1p-24 * std::abs(range_in(bounds, ray).second);
+  };
+  const auto inside = [bounds](const Ray& ray, double t) {
+    const auto [enter, leave] = range_in(bounds, ray);
+    const double margin =
+        tolerance(Quantity::border, kind).value * glm::length(bounds.upper - bounds.lower) / glm::length(ray.direction);
+    return t >= enter + margin && t <= leave - margin;
+  };
+  return HitListOracle(
+      truth,
+      {.match =
+           [=](const Ray& ray, const Hit& hit, const Root& root) {
+             const double allowed = hit.uncertainty + truth.uncertainty()[root.row] + rounding(ray);
+             const double off = std::abs(hit.t - root.t) / (2 * allowed);
+             return off <= 1 ? Match{off, off} : Match{};
+           },
+       .certain = [=](const Ray& ray, std::span<const Root> roots, std::size_t k) { return inside(ray, roots[k].t); },
+       .excused = [=](const Ray& ray, double t) { return !inside(ray, t); },
+       .rounding = rounding});
+}
 
-Found found_on(const HitList& hits, std::size_t ray, double low, double high) {
-  Found found;
-  for (std::size_t i = hits.offsets()[ray]; i < hits.offsets()[ray + 1]; i++) {
-    found.flagged = found.flagged || hits.status()[i] != HitStatus::isolated;
-    if (hits.t()[i] < low || hits.t()[i] > high) continue;
-    found.t.push_back(hits.t()[i]);
-    found.uncertainty.push_back(hits.uncertainty()[i]);
-  }
-  return found;
+// A case without its rays.
+Case case_of(const std::string& name, const Surface& surface) {
+  return {.name = name, .surface = surface, .replay = [](const std::string&, const Ray& ray, const std::string&) {
+            return fmt::format("origin {} {} {}, direction {} {} {}", ray.origin.x, ray.origin.y, ray.origin.z,
+                               ray.direction.x, ray.direction.y, ray.direction.z);
+          }};
 }
 
 void compare_roots(const std::string& name, const Surface& surface, const TestDevice& device, const RayBatch& rays,
                    const HitList& mine, const HitList& truth, double most_flagged) {
-  std::size_t roots = 0, flagged = 0, wrong = 0;
-  double worst = 0;
-  for (std::size_t i = 0; i < rays.size(); i++) {
-    const Ray ray = rays[i];
-    const auto [enter, leave] = range_in(surface.bounds(), ray);
-    const double margin =
-        border * glm::length(surface.bounds().upper - surface.bounds().lower) / glm::length(ray.direction);
-    const Found a = found_on(mine, i, enter + margin, leave - margin),
-                b = found_on(truth, i, enter + margin, leave - margin);
-    roots += b.t.size();
-    flagged += a.flagged;
-    // Whatever is not flagged is claimed to be exactly what there is.
-    if (a.flagged || b.flagged) continue;
-    bool right = a.t.size() == b.t.size();
-    for (std::size_t k = 0; right && k < a.t.size(); k++) {
-      const double off = std::abs(a.t[k] - b.t[k]);
-      const double allowed = a.uncertainty[k] + b.uncertainty[k] + rounding_of_t * std::abs(leave);
-      worst = std::max(worst, off / allowed);
-      right = off <= 2 * allowed;
-    }
-    if (right) continue;
-    if (wrong++ < 3) {
-      ADD_FAILURE() << name << ", " << device.label << ", ray " << i << ": " << a.t.size() << " hits, " << b.t.size()
-                    << " roots; origin " << ray.origin.x << " " << ray.origin.y << " " << ray.origin.z << ", direction "
-                    << ray.direction.x << " " << ray.direction.y << " " << ray.direction.z;
-    }
-  }
-  std::cout << "  " << name << ", " << device.label << ": " << rays.size() << " rays, " << roots << " roots, "
-            << flagged << " rays flagged, " << wrong << " wrong, t off by " << worst << " of what is allowed\n";
-  EXPECT_EQ(wrong, 0u) << name << ", " << device.label;
-  EXPECT_LE(double(flagged), most_flagged * double(rays.size()) + 1) << name << ", " << device.label;
-  EXPECT_GT(roots, rays.size() / 50) << name << ": the rays show nothing";
+  const Verdict verdict = expect_hits(case_of(name, surface), "rays", rays, oracle_of(surface, truth), device, mine);
+  std::cout << "  " << name << ", " << device.label << ": " << verdict.summary() << "\n";
+  EXPECT_LE(double(verdict.flagged_rays), most_flagged * double(rays.size()) + 1) << name << ", " << device.label;
+  EXPECT_GT(verdict.roots, rays.size() / 50) << name << ": the rays show nothing";
 }
 
 // The reference measures at the very locations that the device measured at.
@@ -119,25 +99,22 @@ void compare_shapes(const std::string& name, const TestDevice& device, const Hit
                     const Interrogator& reference) {
   const PointProperties& a = mine.properties(shape);
   const PointProperties b = reference.probe(mine.locations(), shape);
-  double normals = 0, curvatures = 0;
-  std::size_t compared = 0;
-  for (std::size_t i = 0; i < mine.size(); i++) {
-    if ((a.status[i] & PointStatus::undefined) || (b.status[i] & PointStatus::undefined)) continue;
-    compared++;
-    normals = std::max(normals, double(glm::distance(a.normal[i], b.normal[i])));
-    const double size = std::max(std::abs(b.k1[i]), std::abs(b.k2[i]));
-    if (size < 1e-3) continue;
-    curvatures =
-        std::max(curvatures, double(std::max(std::abs(a.k1[i] - b.k1[i]), std::abs(a.k2[i] - b.k2[i]))) / size);
-    curvatures = std::max(curvatures, std::abs(a.mean[i] - b.mean[i]) / size);
-    curvatures = std::max(curvatures, std::abs(a.gauss[i] - b.gauss[i]) / (size * size));
-  }
-  std::cout << "    " << compared << " of " << mine.size() << " points: normals " << normals << ", curvatures "
-            << curvatures << "\n";
-  EXPECT_GT(compared, mine.size() * 9 / 10) << name;
-  EXPECT_LE(normals, 1e-5) << name << ", " << device.label;
-  // Relative to the greater principal curvature; second derivatives of a few dozen float operations.
-  EXPECT_LE(curvatures, 1e-4) << name << ", " << device.label;
+  const PointErrors errors = compare_points(
+      a, mine.locations(), mine.size(), [&](std::size_t i, const glm::dvec3&) -> std::optional<PointTruth> {
+        if ((a.status[i] & PointStatus::undefined) || (b.status[i] & PointStatus::undefined)) return {};
+        PointTruth truth{
+            .exact = {.normal = b.normal[i], .k1 = b.k1[i], .k2 = b.k2[i], .gauss = b.gauss[i], .mean = b.mean[i]},
+            .normal = tolerance(Quantity::normal, kind).value};
+        const double size = std::max(std::abs(b.k1[i]), std::abs(b.k2[i]));
+        if (size < tolerance(Quantity::curvature_floor, kind).value) return truth;
+        truth.mean = truth.principal = tolerance(Quantity::curvature, kind).value * size;
+        truth.gauss = truth.mean * size;
+        return truth;
+      });
+  std::cout << "    " << errors.compared << " of " << mine.size() << " points, error / tolerance:" << errors.summary()
+            << "\n";
+  EXPECT_GT(errors.compared, mine.size() * 9 / 10) << name;
+  expect_points(errors, mine.locations(), name + ", " + device.label);
 }
 
 void run(const std::string& name, const Surface& surface, std::size_t count, bool smooth = true) {
@@ -150,15 +127,7 @@ void run(const std::string& name, const Surface& surface, std::size_t count, boo
     const HitList all = query.cast(rays, {.hits = Hits::all});
     compare_roots(name, surface, device, rays, all, truth, flagged_part);
     if (smooth) compare_shapes(name, device, all, reference);
-    // First hits are the first of all hits.
-    const HitList first = query.cast(rays, {.hits = Hits::first});
-    for (std::size_t i = 0; i < rays.size(); i++) {
-      const std::size_t hits = all.offsets()[i + 1] - all.offsets()[i];
-      ASSERT_EQ(first.offsets()[i + 1] - first.offsets()[i], std::min<std::size_t>(hits, 1)) << name << ", ray " << i;
-      if (hits > 0) {
-        ASSERT_EQ(first.t()[first.offsets()[i]], all.t()[all.offsets()[i]]) << name << ", ray " << i;
-      }
-    }
+    expect_first(all, query.cast(rays, {.hits = Hits::first}), name + ", " + device.label);
   }
 }
 
@@ -352,11 +321,15 @@ TEST(ImplicitSurfaces, InterpretedAsCompiled) {
       ASSERT_EQ(found.status[i] & PointStatus::undefined, 0u) << device.label << ", point " << i;
       // A few dozen operations, of sizes up to 20.
       EXPECT_NEAR(found.value[i], truth.value[i], 4e-5) << device.label << ", point " << i;
-      EXPECT_LE(glm::distance(found.normal[i], truth.normal[i]), 2e-5f) << device.label << ", point " << i;
-      const float size = std::max({1.0f, std::abs(truth.k1[i]), std::abs(truth.k2[i])});
-      EXPECT_NEAR(found.k1[i], truth.k1[i], 2e-4f * size) << device.label << ", point " << i;
-      EXPECT_NEAR(found.k2[i], truth.k2[i], 2e-4f * size) << device.label << ", point " << i;
     }
+    const PointErrors errors = compare_points(found, points, points.size(), [&](std::size_t i, const glm::dvec3&) {
+      constexpr std::string_view every = "implicit, every operation";
+      const double size = std::max({1.0f, std::abs(truth.k1[i]), std::abs(truth.k2[i])});
+      return PointTruth{.exact = {.normal = truth.normal[i], .k1 = truth.k1[i], .k2 = truth.k2[i]},
+                        .normal = tolerance(Quantity::normal, every).value,
+                        .principal = tolerance(Quantity::curvature, every).value * size};
+    });
+    expect_points(errors, points, "every operation, " + device.label);
   }
 }
 

@@ -8,16 +8,22 @@
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
-#include <random>
+#include <string>
+#include <vector>
 
+#include "harness/case.hpp"
 #include "harness/density.hpp"
 #include "harness/devices.hpp"
+#include "harness/hit_list_oracle.hpp"
 #include "harness/kernel_cover.hpp"
+#include "harness/replay.hpp"
 #include "harness/shared_data.hpp"
+#include "harness/tolerances.hpp"
 #include "smurf/camera.hpp"
 #include "smurf/error.hpp"
 #include "smurf/interrogator.hpp"
 #include "truth/meshes.hpp"
+#include "truth/rays.hpp"
 #include "truth/trimesh.hpp"
 
 KERNELS(find_hits, count_blocks, order_rows);
@@ -25,152 +31,53 @@ KERNELS(find_hits, count_blocks, order_rows);
 namespace smurf::test {
 namespace {
 
-// Whole lines, as far as a mesh can be away.
-constexpr float everywhere = 1e30f;
-
-class Rays {
- public:
-  void add(const glm::vec3& origin, const glm::vec3& direction) {
-    if (direction == glm::vec3(0.0f)) return;
-    Ray ray;
-    ray.origin = origin;
-    ray.direction = direction;
-    ray.t_min = -everywhere;
-    ray.t_max = everywhere;
-    rays_.push_back(ray);
-  }
-  RayBatch batch() const { return RayBatch(rays_); }
-
- private:
-  std::vector<Ray> rays_;
-};
+constexpr std::string_view kind = "mesh";
 
 // Lines through the bounding sphere's inside.
 RayBatch random_chords(const Mesh& mesh, std::size_t count, unsigned seed) {
-  std::mt19937 random(seed);
-  std::normal_distribution<float> normal;
-  const glm::vec3 centre = 0.5f * (mesh.lower() + mesh.upper());
-  const float radius = 0.5f * glm::length(mesh.upper() - mesh.lower());
-  const auto on_sphere = [&] {
-    return centre + radius * glm::normalize(glm::vec3(normal(random), normal(random), normal(random)));
-  };
-  Rays rays;
-  for (std::size_t i = 0; i < count; i++) {
-    const glm::vec3 from = on_sphere();
-    rays.add(from, on_sphere() - from);
-  }
-  return rays.batch();
+  return sphere_chords(mesh.lower(), mesh.upper(), count, seed);
 }
 
-// Lines that meet vertices, edges and planes of triangles exactly or nearly, about `most` of each of ten families.
 RayBatch hostile_rays(const Mesh& mesh, std::size_t most) {
-  std::mt19937 random(11);
-  std::normal_distribution<float> normal;
-  const float size = glm::length(mesh.upper() - mesh.lower());
-  const auto any = [&] { return glm::vec3(normal(random), normal(random), normal(random)); };
-  const auto vertex = [&](std::size_t i) {
-    return mesh.vertices()[i * std::max<std::size_t>(1, mesh.vertex_count() / most) % mesh.vertex_count()];
-  };
-  Rays rays;
-  for (std::size_t i = 0; i < std::min(most, mesh.vertex_count()); i++) {
-    const glm::vec3 p = vertex(i);
-    rays.add(p, any());              // through a vertex, from it
-    rays.add(p, vertex(i + 1) - p);  // from one to another, through it where the difference is exact
-    for (int axis = 0; axis < 3; axis++) {
-      glm::vec3 direction(0.0f), start = p;
-      direction[axis] = i % 2 == 0 ? 1.0f : -1.0f;
-      start[axis] -= 2 * size * direction[axis];
-      rays.add(start, direction);
-    }
-  }
-  for (std::size_t i = 0; i < std::min(most, mesh.face_count()); i++) {
-    const glm::uvec3 f = mesh.faces()[i * std::max<std::size_t>(1, mesh.face_count() / most) % mesh.face_count()];
-    const glm::vec3 a = mesh.vertices()[f.x], b = mesh.vertices()[f.y], c = mesh.vertices()[f.z];
-    rays.add(a, b - a);                                               // along an edge
-    rays.add(a, (b - a) + (c - a));                                   // in the plane
-    rays.add(a - (b - a), 2.0f * (b - a) - (c - a));                  // in the plane, past the triangle
-    rays.add(0.5f * (a + b), any());                                  // through the middle of an edge
-    rays.add(a, glm::cross(glm::cross(b - a, c - a) / size, any()));  // grazing
-  }
-  return rays.batch();
+  return hostile_lines(mesh.vertices(), mesh.faces(), glm::length(mesh.upper() - mesh.lower()), most);
 }
 
-// Parallel rays on a raster that vertices of lattices lie on, in an image's order: packets that meet edges and vertices
-// together.
-RayBatch raster(const Mesh& mesh, int axis) {
-  constexpr int across = 32;
-  const int x = (axis + 1) % 3, y = (axis + 2) % 3;
-  const glm::vec3 lower = mesh.lower(), extent = mesh.upper() - mesh.lower();
-  Rays rays;
-  for (int j = 0; j < across; j++) {
-    for (int i = 0; i < across; i++) {
-      glm::vec3 origin = lower, direction(0.0f);
-      origin[x] += extent[x] * float(i) / 16.0f - extent[x] / 2;
-      origin[y] += extent[y] * float(j) / 16.0f - extent[y] / 2;
-      origin[axis] -= extent[axis];
-      direction[axis] = 1.0f;
-      rays.add(origin, direction);
-    }
-  }
-  RayBatch batch = rays.batch();
-  batch.image_width = across;
-  return batch;
+// The same face, and the same t and place in it. Both round the exact t to a float; a result that lies halfway between
+// two floats may go either way.
+Match same_hit(const HitList& found, const HitList& truth, const Hit& hit, const Root& root) {
+  constexpr double t_allowed = tolerance(Quantity::t, kind).value,
+                   place_allowed = tolerance(Quantity::coordinates, kind).value;
+  const SurfaceCoordinates a = found.coordinates()[hit.index], b = truth.coordinates()[root.row];
+  if (a.part != b.part) return {};
+  const double t_error = std::abs(hit.t - root.t) / std::max(1e-30, std::abs(root.t));
+  const double place_error = std::max(std::abs(double(a.u) - b.u), std::abs(double(a.v) - b.v));
+  return {std::max(t_error / t_allowed, place_error / place_allowed), t_error};
 }
 
-// The same hits, in the same order. Both round the exact t to a float; a result that lies halfway between two floats
-// may go either way.
-void expect_same_hits(const HitList& found, const HitList& expected, const std::string& what) {
-  std::size_t counts = 0, faces = 0, uneven = 0, worst_ray = 0;
-  double t_error = 0, place_error = 0;
-  for (std::size_t ray = 0; ray < expected.ray_count(); ray++) {
-    const std::size_t begin = found.offsets()[ray], number = found.offsets()[ray + 1] - begin;
-    const std::size_t truth = expected.offsets()[ray];
-    if (number != expected.offsets()[ray + 1] - truth) {
-      if (counts++ == 0) worst_ray = ray;
-      continue;
-    }
-    for (std::size_t i = 0; i < number; i++) {
-      if (found.coordinates()[begin + i].part != expected.coordinates()[truth + i].part) {
-        if (faces++ == 0 && counts == 0) worst_ray = ray;
-        continue;
-      }
-      const float t = found.t()[begin + i], exact = expected.t()[truth + i];
-      if (t != exact) {
-        uneven++;
-        t_error = std::max(t_error, std::abs(double(t) - exact) / std::max(1e-30, std::abs(double(exact))));
-      }
-      const SurfaceCoordinates a = found.coordinates()[begin + i], b = expected.coordinates()[truth + i];
-      place_error = std::max({place_error, std::abs(double(a.u) - b.u), std::abs(double(a.v) - b.v)});
-    }
-  }
-  EXPECT_EQ(counts, 0u) << what << ": rays with another number of hits, the first is " << worst_ray;
-  EXPECT_EQ(faces, 0u) << what << ": hits of another face, the first on ray " << worst_ray;
-  // One unit in the last place.
-  EXPECT_LE(t_error, 1.2e-7) << what << ": " << uneven << " times";
-  // Weights by sums of two floats: off by their rounding to floats, and more in triangles that the ray nearly lies in.
-  EXPECT_LE(place_error, 1e-5) << what;
+// A case without its rays.
+Case case_of(const Mesh& mesh, const Surface& surface, const std::string& name) {
+  return {.name = name,
+          .surface = surface,
+          .replay = [mesh](const std::string& file, const Ray& ray, const std::string& device) {
+            return replay_command(file, mesh, ray, device);
+          }};
 }
 
 void expect_as_reference(const Mesh& mesh, const RayBatch& rays, const std::string& what, bool spatial_splits = false) {
   const Surface surface = mesh_surface(mesh, MeshNormals::face, spatial_splits);
+  const Case one = case_of(mesh, surface, what);
   const HitList expected = Interrogator(reference_device(), surface).cast(rays, {.hits = Hits::all});
   for (TestDevice& device : test_devices()) {
     SCOPED_TRACE(device.label);
     const Interrogator query(device.device, surface);
     const HitList all = query.cast(rays, {.hits = Hits::all}), first = query.cast(rays);
-    expect_same_hits(all, expected, what);
-    // The first of all.
-    std::size_t wrong = 0, at = 0;
-    for (std::size_t ray = 0; ray < all.ray_count(); ray++) {
-      const bool any = all.offsets()[ray + 1] > all.offsets()[ray];
-      const std::size_t from_all = all.offsets()[ray];
-      const bool same = first.offsets()[ray + 1] - at == (any ? 1u : 0u) &&
-                        (!any || (first.coordinates()[at].part == all.coordinates()[from_all].part &&
-                                  first.t()[at] == all.t()[from_all]));
-      wrong += same ? 0 : 1;
-      at = first.offsets()[ray + 1];
-    }
-    EXPECT_EQ(wrong, 0u) << what << ": rays whose first hit is not the first of all";
+    ASSERT_EQ(all.ray_count(), rays.size()) << what;
+    const HitListOracle oracle(expected, {.match = [&](const Ray&, const Hit& hit,
+                                                       const Root& root) { return same_hit(all, expected, hit, root); },
+                                          .doubtful_when_flagged = false,
+                                          .unit = "relative"});
+    expect_hits(one, "lines", rays, oracle, device, all);
+    expect_first(all, first, what);
     if (mesh.topology().closed) {
       std::size_t odd = 0;
       for (std::size_t ray = 0; ray < all.ray_count(); ray++) odd += (all.offsets()[ray + 1] - all.offsets()[ray]) % 2;
@@ -182,7 +89,8 @@ void expect_as_reference(const Mesh& mesh, const RayBatch& rays, const std::stri
 void expect_all_as_reference(const Mesh& mesh, const std::string& name) {
   expect_as_reference(mesh, random_chords(mesh, 1000 * std::size_t(density()), 3), name + ", chords");
   expect_as_reference(mesh, hostile_rays(mesh, 150 * std::size_t(density())), name + ", hostile rays");
-  for (int axis = 0; axis < 3; axis++) expect_as_reference(mesh, raster(mesh, axis), name + ", raster");
+  for (int axis = 0; axis < 3; axis++)
+    expect_as_reference(mesh, raster_lines(mesh.lower(), mesh.upper(), axis), name + ", raster");
   const Bounds bounds{glm::dvec3(mesh.lower()), glm::dvec3(mesh.upper())};
   expect_as_reference(mesh, fitted_camera(bounds, 48, 40).rays(), name + ", camera");
 }
@@ -294,12 +202,12 @@ TEST(MeshHits, TrianglesInOnePlace) {
     faces.emplace_back(first, first + 1, first + 2);
   }
   const Mesh mesh = make_mesh(vertices, faces);
-  Rays rays;
-  rays.add({0.25f, 0.25f, -1}, {0, 0, 1});
-  rays.add({0.25f, 0.25f, 2}, {0, 0, -1});
-  rays.add({0, 0, -1}, {0, 0, 1});
-  rays.add({-1, 0.25f, 0}, {1, 0, 0});
-  expect_as_reference(mesh, rays.batch(), "240 triangles in one place");
+  std::vector<Ray> rays;
+  add_line(rays, {0.25f, 0.25f, -1}, {0, 0, 1});
+  add_line(rays, {0.25f, 0.25f, 2}, {0, 0, -1});
+  add_line(rays, {0, 0, -1}, {0, 0, 1});
+  add_line(rays, {-1, 0.25f, 0}, {1, 0, 0});
+  expect_as_reference(mesh, RayBatch(rays), "240 triangles in one place");
 }
 
 TEST(MeshHits, OneTriangle) {
@@ -353,7 +261,7 @@ TEST(MeshHits, ParityOfManyLines) {
   }
 }
 
-// Rays and meshes of trimesh's tests: the reference's counts are those of brute force in double (harness/trimesh.hpp),
+// Rays and meshes of trimesh's tests: the reference's counts are those of brute force in double (truth/trimesh.hpp),
 // here of rays rounded to floats.
 TEST(MeshHits, CrossingsOfTrimeshsRays) {
   if (!has_shared_data("expected")) GTEST_SKIP();
