@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "harness/case.hpp"
-#include "harness/grid_truth.hpp"
 #include "smurf/surface.hpp"
+#include "truth/grid_truth.hpp"
 #include "truth/jet.hpp"
 #include "truth/rays.hpp"
 

@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "expression/files.hpp"
-#include "harness/expressions.hpp"
 #include "harness/shared_data.hpp"
+#include "unit/expression/expressions.hpp"
 
 namespace smurf::expression {
 namespace {

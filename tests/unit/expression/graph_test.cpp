@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "expression/source.hpp"
-#include "harness/expressions.hpp"
+#include "unit/expression/expressions.hpp"
 
 namespace smurf::expression {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "expression/series.hpp"
-#include "harness/expressions.hpp"
+#include "unit/expression/expressions.hpp"
 
 namespace smurf::expression {
 namespace {

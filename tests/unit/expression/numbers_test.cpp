@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "harness/devices.hpp"
-#include "harness/expressions.hpp"
+#include "unit/expression/expressions.hpp"
 
 namespace smurf::expression {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "harness/expressions.hpp"
+#include "unit/expression/expressions.hpp"
 
 namespace smurf::expression {
 namespace {

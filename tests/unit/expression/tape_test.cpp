@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "expression/source.hpp"
-#include "harness/expressions.hpp"
+#include "unit/expression/expressions.hpp"
 
 namespace smurf::expression {
 namespace {

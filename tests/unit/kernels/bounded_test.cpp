@@ -1,6 +1,6 @@
 // Running errors of the kernels, run on the host lane by lane: the exact result of all arguments within their errors,
 // in double, lies within the error of the result. Denormals are kept, and flushed where the processor can do that.
-#include "harness/kernel_operations.hpp"
+#include "unit/kernels/kernel_operations.hpp"
 
 #define CHOICES 1
 namespace errors_fused {

@@ -1,5 +1,5 @@
 // Elementary functions of the kernels, run on the host lane by lane, against double within their stated errors.
-#include "harness/kernel_operations.hpp"
+#include "unit/kernels/kernel_operations.hpp"
 
 namespace smurf {
 namespace {

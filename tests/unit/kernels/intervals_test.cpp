@@ -1,6 +1,6 @@
 // Interval arithmetic of the kernels, run on the host lane by lane: enclosures against double at random points within
 // them, slopes against difference quotients. Denormals are kept, and flushed where the processor can do that.
-#include "harness/kernel_operations.hpp"
+#include "unit/kernels/kernel_operations.hpp"
 
 namespace smurf {
 namespace {

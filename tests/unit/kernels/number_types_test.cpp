@@ -1,5 +1,5 @@
 // One generated expression in every number type of the kernels: they agree with each other and with double.
-#include "harness/kernel_operations.hpp"
+#include "unit/kernels/kernel_operations.hpp"
 
 #define CHOICES 1
 

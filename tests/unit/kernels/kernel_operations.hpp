@@ -19,7 +19,7 @@
 #endif
 
 #include "harness/density.hpp"
-#include "harness/one_lane.hpp"
+#include "unit/kernels/one_lane.hpp"
 
 namespace fused {
 using namespace one_lane;

@@ -1,4 +1,4 @@
-#include "harness/grid_truth.hpp"
+#include "truth/grid_truth.hpp"
 
 #include <algorithm>
 #include <cmath>
