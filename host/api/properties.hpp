@@ -1,5 +1,5 @@
-// Properties of surface points on a device (kernels/batch/measure.inc): points and their columns stand on the host's memory
-// where the device can use it, and are copied in tiles elsewhere.
+// Properties of surface points on a device (kernels/batch/measure.inc): points and their columns stand on the host's
+// memory where the device can use it, and are copied in tiles elsewhere.
 #pragma once
 
 #include <cstdint>

@@ -25,13 +25,13 @@ struct RowWriter::Writing {
   std::unique_ptr<DeviceBuffer> block_offsets;
   ColumnRows<std::uint64_t> offsets;
   ColumnRows<RayStatus> ray_status;
-#define HIT_COLUMN(name, type) std::optional<ColumnRows<type>> name = {};
+#define HIT_COLUMN(name, type, names, place) std::optional<ColumnRows<type>> name = {};
 #include "smurf/hit_columns.def"
 };
 
 RowWriter::RowWriter(Executor& executor, bool coordinates) : executor_(executor), has_coordinates_(coordinates) {
   program_ = {KernelId::order_rows, {}, {{"COORDINATES", coordinates ? "1" : "0"}}};
-#define HIT_COLUMN(name, type) program_.groups["row"].push_back(#name);
+#define HIT_COLUMN(name, type, names, place) program_.groups["row"].push_back(#name);
 #include "smurf/hit_columns.def"
 }
 
@@ -45,8 +45,8 @@ void RowWriter::begin(const Tile& tile, const TileHits& found, std::size_t ray_c
     count += std::size_t(found.blocks[i].hits);
   }
   const std::uint64_t before = hits.size();
-  // The rest of the rays may have as many hits each as those so far, or as is expected: longer columns have to be copied,
-  // while the device waits.
+  // The rest of the rays may have as many hits each as those so far, or as is expected: longer columns have to be
+  // copied, while the device waits.
   const double so_far = double(before + count) / double(tile.first + tile.count);
   const auto room = std::size_t(spare_rows * std::max(so_far, expected) * double(ray_count));
   auto block_offsets =
@@ -56,7 +56,7 @@ void RowWriter::begin(const Tile& tile, const TileHits& found, std::size_t ray_c
               ColumnRows(executor_, offsets_, HitColumns::offsets(hits), tile.count, ray_count + 1, "rays"),
               ColumnRows(executor_, ray_status_, HitColumns::ray_status(hits), tile.count, ray_count, "rays")});
   BufferGroup columns;
-#define HIT_COLUMN(name, type)                                                                   \
+#define HIT_COLUMN(name, type, names, place)                                                     \
   if (HitColumns::has_rows(#name, has_coordinates_))                                             \
     writing_->name.emplace(executor_, name##_, HitColumns::name(hits), count, room, "hit rows"); \
   columns.push_back({#name, writing_->name ? writing_->name->buffer() : nullptr});
@@ -85,7 +85,7 @@ std::optional<std::size_t> RowWriter::finish(HitList& hits) {
   writing->offsets.finish();
   writing->ray_status.finish();
   require_rows(*writing, hits);
-#define HIT_COLUMN(name, type) \
+#define HIT_COLUMN(name, type, names, place) \
   if (writing->name) writing->name->finish();
 #include "smurf/hit_columns.def"
   return writing->tile.first + writing->tile.count;

@@ -1,7 +1,8 @@
-// The last stage of a batch: from the slots that a tile's hits wait in to the rows of a hit list (kernels/batch/order.inc).
+// The last stage of a batch: from the slots that a tile's hits wait in to the rows of a hit list
+// (kernels/batch/order.inc).
 //
-// The device writes the rows where the host wants them, as far as it can; while it writes those of one tile, the search in
-// the next one may be queued already.
+// The device writes the rows where the host wants them, as far as it can; while it writes those of one tile, the search
+// in the next one may be queued already.
 #pragma once
 
 #include <algorithm>
@@ -74,8 +75,8 @@ class RowWriter {
   RowWriter(Executor& executor, bool coordinates);
   ~RowWriter();
 
-  // Appends the tile's hits, and its rays, to the list, in which there will be `ray_count` rays and about `expected` hits
-  // a ray: they stand there after finish().
+  // Appends the tile's hits, and its rays, to the list, in which there will be `ray_count` rays and about `expected`
+  // hits a ray: they stand there after finish().
   void begin(const Tile& tile, const TileHits& found, std::size_t ray_count, double expected, HitList& hits);
   // Waits for the rows that were begun. Returns how many rays of the list are done; nothing where none were begun.
   // Throws Error (device) where the driver ended the loop that writes a ray's rows.
@@ -90,7 +91,7 @@ class RowWriter {
   Executor& executor_;
   const bool has_coordinates_;  // hits have surface coordinates
   Program program_;
-#define HIT_COLUMN(name, type) TypedBuffer<type> name##_;
+#define HIT_COLUMN(name, type, names, place) TypedBuffer<type> name##_;
 #include "smurf/hit_columns.def"
   TypedBuffer<std::uint64_t> offsets_;
   TypedBuffer<RayStatus> ray_status_;

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "cli/commands.hpp"
@@ -49,16 +50,33 @@ void refuse_bad_rays(const Surface& surface, const HitList& hits, const RayBatch
   }
 }
 
+// One column of a hit list, by its names; coordinates are told as a property. `status` holds the texts that the table
+// shows.
+template <class T>
+void add_column(Table& table, std::string_view names, std::span<const T> values,
+                std::vector<std::string_view>& status) {
+  if constexpr (std::is_same_v<T, HitStatus>) {
+    for (const HitStatus s : values) status.push_back(name_of(s));
+    table.add(names, status);
+  } else if constexpr (std::is_same_v<T, glm::vec3>) {
+    const std::size_t y = names.find(',') + 1, z = names.find(',', y) + 1;
+    table.add({names.substr(0, y - 1), names.substr(y, z - y - 1), names.substr(z)}, values);
+  } else if constexpr (!std::is_same_v<T, SurfaceCoordinates>) {
+    table.add(names, values);
+  }
+}
+
 Table table_of(const Surface& surface, const HitList& hits, const std::vector<Property>& properties,
                std::vector<std::string_view>& status) {
-  for (const HitStatus s : hits.status()) status.push_back(name_of(s));
   Table table;
-  table.add("ray", hits.rays());
-  table.add("t", hits.t());
-  table.add("status", status);
-  table.add({"x", "y", "z"}, hits.locations());
-  if (!properties.empty()) add_properties(table, properties, surface, hits.properties(bits_of(properties)));
-  table.add("uncertainty", hits.uncertainty());
+  enum { before, behind };
+  for (const int part : {before, behind}) {
+    if (part == behind && !properties.empty())
+      add_properties(table, properties, surface, hits.properties(bits_of(properties)));
+#define HIT_COLUMN(name, type, names, place) \
+  if (part == place) add_column<type>(table, names, hits.name(), status);
+#include "smurf/hit_columns.def"
+  }
   return table;
 }
 

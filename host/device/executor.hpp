@@ -49,8 +49,9 @@ class Executor {
 
   // Compiles now rather than at the first launch.
   virtual void prepare(const Program& program) = 0;
-  // Runs the kernel over `items` items (rays, points, blocks). Buffers and integers stand in the order of bindings_of();
-  // use the structs of arguments below rather than calling this directly. A null buffer is bound as a valid dummy.
+  // Runs the kernel over `items` items (rays, points, blocks). Buffers and integers stand in the order of
+  // bindings_of(); use the structs of arguments below rather than calling this directly. A null buffer is bound as a
+  // valid dummy.
   virtual void launch(const Program& program, std::span<DeviceBuffer* const> buffers,
                       std::span<const std::int32_t> integers, std::size_t items) = 0;
   virtual void finish() = 0;

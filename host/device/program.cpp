@@ -189,8 +189,8 @@ std::string list_of(const Bindings& bindings, std::string_view before_buffer, st
   return text;
 }
 
-// What the macro KERNEL of the preludes is made of: the kernel's parameters, and in GLSL the push constants' members and
-// how these are handed on.
+// What the macro KERNEL of the preludes is made of: the kernel's parameters, and in GLSL the push constants' members
+// and how these are handed on.
 std::string argument_macros(const Bindings& bindings, Language language) {
   std::string text = fmt::format("#define KERNEL_PARAMETERS {}\n", list_of(bindings, "Buffer ", "int ", "", ", "));
   if (language == Language::opencl) return text;

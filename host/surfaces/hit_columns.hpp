@@ -10,12 +10,12 @@ namespace smurf {
 
 // One row: a member for each column.
 struct HitRow {
-#define HIT_COLUMN(name, type) type name;
+#define HIT_COLUMN(name, type, names, place) type name;
 #include "smurf/hit_columns.def"
 };
 
 struct HitColumns {
-#define HIT_COLUMN(name, type) \
+#define HIT_COLUMN(name, type, names, place) \
   static auto& name(auto& hits) { return hits.name##_; }
 #include "smurf/hit_columns.def"
   static auto& offsets(auto& hits) { return hits.offsets_; }
@@ -28,7 +28,7 @@ struct HitColumns {
   // visit(column, member of HitRow) for each column that has rows.
   template <class List, class Visit>
   static void each(List& hits, bool coordinates, Visit&& visit) {
-#define HIT_COLUMN(name, type) \
+#define HIT_COLUMN(name, type, names, place) \
   if (has_rows(#name, coordinates)) visit(hits.name##_, &HitRow::name);
 #include "smurf/hit_columns.def"
   }

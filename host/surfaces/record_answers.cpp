@@ -52,7 +52,7 @@ std::string hash_of(const HitList& hits) {
   Bytes bytes;
   bytes.add(hits.offsets());
   bytes.add(hits.ray_status());
-#define HIT_COLUMN(name, type) bytes.add(hits.name());
+#define HIT_COLUMN(name, type, names, place) bytes.add(hits.name());
 #include "smurf/hit_columns.def"
   return bytes.hash();
 }

@@ -1,5 +1,5 @@
-// A surface as the host knows it, whatever its kind: no device, no kernel, no reference. One class per kind derives from
-// SurfaceDefinition (host/surfaces/<kind>/definition.hpp); what is done with it is in kinds.hpp.
+// A surface as the host knows it, whatever its kind: no device, no kernel, no reference. One class per kind derives
+// from SurfaceDefinition (host/surfaces/<kind>/definition.hpp); what is done with it is in kinds.hpp.
 #pragma once
 
 #include <functional>

@@ -1,6 +1,6 @@
-// Kernels get their arguments as push constants: the 64-bit addresses of the buffers, then the integers. Where these are
-// more than push constants hold, the address of a table of the buffers' addresses stands in their place. There are no
-// descriptor sets.
+// Kernels get their arguments as push constants: the 64-bit addresses of the buffers, then the integers. Where these
+// are more than push constants hold, the address of a table of the buffers' addresses stands in their place. There are
+// no descriptor sets.
 #include "device/vulkan/vulkan_executor.hpp"
 
 #include <array>

@@ -121,7 +121,7 @@ class HitList {
   std::shared_ptr<SurfaceQueries> queries_;
   Values<std::uint64_t> offsets_;
   Values<RayStatus> ray_status_;
-#define HIT_COLUMN(name, type) Values<type> name##_;
+#define HIT_COLUMN(name, type, names, place) Values<type> name##_;
 #include "smurf/hit_columns.def"
   mutable PointProperties properties_;
   mutable Values<glm::vec2> principal_;

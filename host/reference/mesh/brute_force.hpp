@@ -67,13 +67,13 @@ class ReferenceMesh {
   std::size_t face_count() const { return mesh_.face_count(); }
   glm::dvec3 location(const MeshPoint& point) const;
   glm::dvec3 face_normal(std::uint32_t face) const;
-  // Vertex normals (mesh_curvature.hpp) weighted by barycentrics.
+  // Vertex normals (reference/mesh/vertices.hpp) weighted by barycentrics.
   glm::dvec3 interpolated_normal(const MeshPoint& point) const;
 
-  // The normal, by choice of the face or interpolated, and the curvature: the vertices' tensors (mesh_curvature.hpp)
-  // weighted by barycentrics, restricted to the plane of the normal. `boundary` where a vertex of weight lies on the
-  // boundary, so that its neighbours lie to one side; `undefined` with NaN as curvatures, but a normal, where one has
-  // no curvature.
+  // The normal, by choice of the face or interpolated, and the curvature: the vertices' tensors
+  // (reference/mesh/vertices.hpp) weighted by barycentrics, restricted to the plane of the normal. `boundary` where a
+  // vertex of weight lies on the boundary, so that its neighbours lie to one side; `undefined` with NaN as curvatures,
+  // but a normal, where one has no curvature.
   // The vertices' tensors are computed when first asked for.
   SurfaceFrame measure(const MeshPoint& point, bool of_face) const;
 

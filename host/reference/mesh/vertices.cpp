@@ -89,11 +89,11 @@ TangentFrame frame_about(const dvec3& normal) {
 }
 
 // The first and second derivatives at 0 of the polynomial z(x, y) that fits best.
-struct Jet {
+struct JetFit {
   double x, y, xx, xy, yy;
 };
 
-std::optional<Jet> fit(const std::vector<dvec3>& points, int degree) {
+std::optional<JetFit> fit(const std::vector<dvec3>& points, int degree) {
   Eigen::MatrixXd powers(points.size(), coefficients(degree));
   Eigen::VectorXd heights(points.size());
   for (std::size_t i = 0; i < points.size(); i++) {
@@ -109,11 +109,11 @@ std::optional<Jet> fit(const std::vector<dvec3>& points, int degree) {
   solver.setThreshold(1e-6);  // what coordinates in float, and points on a conic, can still tell apart
   if (solver.rank() < powers.cols()) return std::nullopt;
   const Eigen::VectorXd c = solver.solve(heights);
-  return Jet{c(1), c(2), 2 * c(3), c(4), 2 * c(5)};
+  return JetFit{c(1), c(2), 2 * c(3), c(4), 2 * c(5)};
 }
 
 // With the unit normal n = ∇F/|∇F| of F = z - f(x, y): P·∇∇F·P/|∇F|, P = I - n nᵀ; in the world's axes.
-glm::dmat3 tensor_of(const Jet& jet, double scale, const TangentFrame& frame) {
+glm::dmat3 tensor_of(const JetFit& jet, double scale, const TangentFrame& frame) {
   const dvec3 gradient(-jet.x, -jet.y, 1.0);
   const double length = glm::length(gradient);
   const dvec3 n = gradient / length;

@@ -31,7 +31,7 @@ Volume volume_of(const std::vector<T>& values, glm::ivec3 size, const GridPlacem
   return Volume(std::shared_ptr<const void>(samples, samples->data()), sample_type_of<T>(), size, placement);
 }
 
-// A few thousand rays of every family, judged as in grid_isosurface.cpp.
+// A few thousand rays of every family, judged as in isosurface.cpp.
 void run_small(const std::string& name, const Volume& volume, double isovalue, Reconstruction reconstruction) {
   std::vector<TestDevice> on = devices();
   run(case_of({.name = name + ", " + std::string(name_of(reconstruction)),

@@ -1,5 +1,5 @@
 // The double-precision reference against closed forms: fields, curvature, surfaces, and the interrogation built from
-// them. Roots along rays: reference_roots_test.cpp. Nothing here needs a device.
+// them. Roots along rays: grid_roots_test.cpp. Nothing here needs a device.
 #include <gtest/gtest.h>
 
 #include <cmath>
