@@ -10,7 +10,7 @@ set(floors
   "api"
   "surfaces"
   "io"
-  "meshes fields bvh"
+  "meshes fields bvh patches"
   "expression"
   "device"
   "numerics"
