@@ -194,7 +194,7 @@ class DeviceQueries final : public SurfaceQueries {
 
   void find_hits(const Tile& tile, int capacity, bool first_only) {
     ensure(counts_, tile.count, "hit counts");
-    const std::size_t columns = coordinates_ ? 6 : 3;
+    const std::size_t columns = SLOT_COLUMNS_OF(coordinates_ ? 1u : 0u);
     ensure(slots_, std::size_t(capacity) * SLOT_STRIDE(tile.count, columns), "hit slots");
     launch(executor_, find_hits_,
            arguments::find_hits{.surface = surface_->buffers(),

@@ -6,13 +6,13 @@
 #include <string>
 
 #include "kernels/layout/codes.inc"
+#include "kernels/layout/slots.inc"
 #include "smurf/error.hpp"
 
 namespace smurf {
 namespace {
 
 constexpr double spare_rows = 1.05;  // how much more room there is than is expected to be needed
-constexpr int long_row = 12;         // ORDER_FEW of kernels/batch/order.inc
 constexpr auto is_cut = RayStatus(RAY_STATUS_CUT);
 
 }  // namespace
@@ -95,7 +95,7 @@ void RowWriter::abandon() { writing_.reset(); }
 
 // Only long rows can suffer (kernels/batch/order.inc).
 void RowWriter::require_rows(const Writing& writing, const HitList& hits) {
-  if (writing.most <= long_row) return;
+  if (writing.most <= ORDER_FEW) return;
   const auto begin = hits.ray_status().begin() + std::ptrdiff_t(writing.tile.first);
   const auto end = begin + std::ptrdiff_t(writing.tile.count);
   const auto found = std::find(begin, end, is_cut);

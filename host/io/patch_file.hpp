@@ -1,4 +1,4 @@
-// Files of patches, by their endings: .bpt (Bézier patches, as the Utah teapot's), .bez (Geomview's BBP and BEZ) and .json
+// Files of patches, by their endings: .bpt (Bézier patches, as the teapot's), .bez (Geomview's BBP and BEZ) and .json
 // ({"patches": [{"degree", "size", "knots", "points", "weights", "homogeneous"}]}).
 #pragma once
 

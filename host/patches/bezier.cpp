@@ -5,8 +5,8 @@
 namespace smurf {
 namespace {
 
-// The value of the blossom of a B-spline's piece over [t_span, t_span+1]: de Boor's algorithm with an argument of its own
-// in each round. `points` are the degree + 1 control points that matter there, and are lost.
+// The value of the blossom of a B-spline's piece over [t_span, t_span+1]: de Boor's algorithm with an argument of its
+// own in each round. `points` are the degree + 1 control points that matter there, and are lost.
 glm::dvec4 blossom(std::span<const double> knots, std::size_t span, std::span<const double> arguments,
                    std::span<glm::dvec4> points) {
   const std::size_t degree = arguments.size();

@@ -1,7 +1,8 @@
-# The floors of host/ and bench/ hold: no file includes what stands above its own room. Folders and files keep a size that
-# a reader can take in.
+# The floors of host/ and bench/ hold: no file includes what stands above its own room. Folders and files keep a size
+# that a reader can take in.
 #   cmake -DROOT=<the repository> -P floors.cmake
-# Rooms from the top; those in one line stand beside each other and do not include each other. See host/docs/architecture.md.
+# Rooms from the top; those in one line stand beside each other and do not include each other
+# (host/docs/architecture.md).
 cmake_minimum_required(VERSION 3.25)
 set(floors
   "cli bench"
@@ -65,7 +66,8 @@ endforeach()
 # What a newcomer can take in: files of a folder, lines of a file.
 set(most_files 25)
 set(most_lines 600)
-file(GLOB_RECURSE all RELATIVE ${ROOT} ${ROOT}/host/* ${ROOT}/kernels/* ${ROOT}/shaders/* ${ROOT}/tests/* ${ROOT}/bench/*)
+file(GLOB_RECURSE all RELATIVE ${ROOT}
+  ${ROOT}/host/* ${ROOT}/kernels/* ${ROOT}/shaders/* ${ROOT}/tests/* ${ROOT}/bench/*)
 foreach(file ${all})
   get_filename_component(folder ${file} DIRECTORY)
   string(MAKE_C_IDENTIFIER "files_in_${folder}" count)
@@ -92,4 +94,5 @@ endif()
 if(faults)
   message(FATAL_ERROR "The house does not hold:\n${faults}")
 endif()
-message(STATUS "${arrows} includes, none runs up; no folder of more than ${most_files} files, no file of more than ${most_lines} lines")
+message(STATUS
+  "${arrows} includes, none runs up; no folder of more than ${most_files} files, no file of more than ${most_lines} lines")

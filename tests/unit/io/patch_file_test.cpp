@@ -102,8 +102,8 @@ TEST(PatchFiles, DamageIsTold) {
   const std::vector<std::pair<std::string, std::string>> files = {
       {"damaged.bpt", "2\n1 1\n" + bilinear + "1 1\n" + bilinear},
       {"damaged.bez", "CSTBEZ114\n0 0 0 1 1 0 0 1 0 1 0 1 1 1 0 1\n" + std::string(24, '1') + "\n"},
-      {"damaged.json",
-       R"({"patches":[{"degree":[1,1],"size":[2,2],"knots":[[0,0,1,1],[2,2,3,3]],"points":[[0,0,0],[1,0,0],[0,1,0],[1,1,2]],"weights":[1,2,1,0.5]}]})"}};
+      {"damaged.json", R"({"patches":[{"degree":[1,1],"size":[2,2],"knots":[[0,0,1,1],[2,2,3,3]],"points":[[0,0,0],)"
+                       R"([1,0,0],[0,1,0],[1,1,2]],"weights":[1,2,1,0.5]}]})"}};
   std::mt19937 random(5);
   for (const auto& [name, text] : files) {
     int refused = 0;
