@@ -95,4 +95,4 @@ if(faults)
   message(FATAL_ERROR "The house does not hold:\n${faults}")
 endif()
 message(STATUS
-  "${arrows} includes, none runs up; no folder of more than ${most_files} files, no file of more than ${most_lines} lines")
+  "${arrows} includes, none runs up; folders of ${most_files} files at most, files of ${most_lines} lines")
