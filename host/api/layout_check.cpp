@@ -17,7 +17,7 @@ static_assert(int(HitStatus::isolated) == STATUS_ISOLATED && int(HitStatus::tang
               int(HitStatus::unresolved) == STATUS_UNRESOLVED && int(HitStatus::bracketed) == STATUS_BRACKETED);
 static_assert(int(RayStatus::ok) == RAY_STATUS_OK && int(RayStatus::invalid) == RAY_STATUS_INVALID);
 static_assert(umbilic == POINT_UMBILIC && boundary == POINT_BOUNDARY && undefined == POINT_UNDEFINED &&
-              crease == POINT_CREASE);
+              crease == POINT_CREASE && singular == POINT_SINGULAR);
 static_assert(int(Property::value) == PROPERTY_VALUE && int(Property::normal) == PROPERTY_NORMAL &&
               int(Property::gauss) == PROPERTY_GAUSS && int(Property::mean) == PROPERTY_MEAN &&
               int(Property::principal) == PROPERTY_PRINCIPAL && int(Property::directions) == PROPERTY_DIRECTIONS &&

@@ -41,8 +41,9 @@ enum class RayStatus : std::uint32_t { ok = 0, invalid = 1 };
 // only (a triangle at the border of a mesh). `undefined`: no gradient, outside of the domain, or within reach of
 // samples that are not finite; the values asked for are NaN. `crease`: a min, max or abs of the surface's expression
 // turns from one argument to the other within rounding of the point, and the gradient with it; normal and curvature are
-// those of one side.
-enum PointStatus : std::uint32_t { regular = 0, umbilic = 1, boundary = 2, undefined = 4, crease = 8 };
+// those of one side. `singular`: x_u and x_v span no plane there (a pole, a collapsed edge of a patch); normal and
+// curvature are the limit where there is one, else the point is `undefined`, too.
+enum PointStatus : std::uint32_t { regular = 0, umbilic = 1, boundary = 2, undefined = 4, crease = 8, singular = 16 };
 
 // Properties of surface points, as bits.
 enum class Property : std::uint32_t {

@@ -1,0 +1,46 @@
+// Pieces cut into leaves: boxes of parameters in which the surface is nearly flat, so that a few operations exclude, or
+// prove to be unique, a root of any ray there.
+//
+// Scaled to [-1, 1]², a leaf is a centre m, tangents a and b, and a remainder e:
+//   |s_x(x, y) - a| + |s_y(x, y) - b| <= e, component by component, for |x|, |y| <= leaf_reach
+// (Krawczyk 1969; Toth 1985; Srijuntongsiri, Vavasis 2006, reduced to one constant for each leaf).
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <glm/glm.hpp>
+#include <vector>
+
+#include "patches/piece_source.hpp"
+#include "patches/topology.hpp"
+
+namespace smurf {
+
+constexpr double leaf_reach = 1.25;
+
+enum class LeafKind : std::uint32_t {
+  regular,
+  // Nothing is known of it but the box in space: undefined somewhere, or of no size to work with.
+  open,
+  // Next to a collapsed side: the triangle of m (the vertex), m + a and m + b, which reaches cap_reach times as far
+  // across the leaf as the leaf itself. a is at the least, b at the greatest of the parameter along the side.
+  cap,
+};
+constexpr double cap_reach = 1.2;
+
+struct PatchLeaf {
+  LeafKind kind = LeafKind::regular;
+  std::uint32_t piece = 0;
+  int side = 0;                       // of a cap: which side of the piece is collapsed (topology.hpp)
+  glm::dvec2 centre{0.0}, half{0.0};  // of the box, in the piece's own parameters
+  glm::dvec3 m{0.0}, a{0.0}, b{0.0}, e{0.0};
+  glm::dvec3 error{0.0};              // PieceBounds::error there
+  glm::dvec3 lower{0.0}, upper{0.0};  // bounds in space of the leaf itself (of a cap: of its triangle, too)
+};
+
+// Leaves of all pieces, those of a piece after each other. `extent` is the greatest side of the bounds of all. A leaf
+// is split while e is more than a fifth of |a| or |b|. Calls `progress` as build_bvh does.
+std::vector<PatchLeaf> make_leaves(const PieceSource& source, const PatchTopology& topology, double extent,
+                                   const std::function<void(std::size_t done, std::size_t total)>& progress = {});
+
+}  // namespace smurf
