@@ -27,10 +27,12 @@ constexpr std::size_t rays_in_image_tile = (1 << 21) - 1;  // what kernels/commo
 // Capacity × rays, at 12 or 24 bytes. Threads wait for the last one at the end of a tile, so that halves of this cost a
 // quarter more time; larger ones gain little, and take long to be cleared once.
 constexpr std::size_t slots_in_tile = 1 << 21;
-constexpr int capacity_of_all = 8;         // hits per ray to begin with
-constexpr int most_remembered = 64;        // hits per ray that the next batch is expected to have as well
-constexpr std::size_t few_rows = 1 << 16;  // room that is not worth giving back
-constexpr int tile_rows = 4;               // rows of pixels that kernels take together
+constexpr int capacity_of_all = 8;          // hits per ray to begin with
+constexpr int most_remembered = 64;         // hits per ray that the next batch is expected to have as well
+constexpr std::size_t few_rows = 1 << 16;   // room that is not worth giving back
+constexpr int room_of_open = 32;            // hits of an open ray to begin with
+constexpr std::size_t most_room = 1 << 24;  // words of room for open rays
+constexpr int tile_rows = 4;                // rows of pixels that kernels take together
 
 }  // namespace
 
@@ -94,7 +96,7 @@ class DeviceQueries final : public SurfaceQueries {
     } const end_rows{*rows_};
     if (rays.size() > 0) search(0);
     while (tile.count > 0) {
-      const std::vector<BlockSum> blocks = read_blocks(tile);
+      const std::vector<BlockSum> blocks = finish_open(tile, capacity, first_only, read_blocks(tile));
       take_rows();
       if (options.bad_rays == BadRays::error) refuse_invalid(rays, blocks, tile);
       require_whole(blocks, tile);
@@ -148,7 +150,9 @@ class DeviceQueries final : public SurfaceQueries {
     find_hits_ = program(KernelId::find_hits, "0");
     properties_.emplace(executor_, *surface_, coordinates_);
     rows_.emplace(executor_, coordinates_);
+    if (surface_->room_words() > 0) finish_hits_ = program(KernelId::finish_hits, "0");
     count_blocks_ = {KernelId::count_blocks, {}, {}};
+    list_open_ = {KernelId::list_open, {}, {}};
   }
 
   template <class T>
@@ -228,6 +232,65 @@ class DeviceQueries final : public SurfaceQueries {
     return sums;
   }
 
+  // Finishes the rays that the search has left open, with as much room as they turn out to need; the sums of blocks as
+  // they are then.
+  std::vector<BlockSum> finish_open(const Tile& tile, int capacity, bool first_only, std::vector<BlockSum> blocks) {
+    for (int room_hits = room_of_open;; room_hits *= 4) {
+      std::vector<std::uint32_t> starts(blocks.size());
+      std::size_t open = 0;
+      for (std::size_t i = 0; i < blocks.size(); i++) {
+        starts[i] = std::uint32_t(open);
+        open += std::size_t(blocks[i].open);
+      }
+      if (open == 0) return blocks;
+      ensure(open_starts_, starts.size(), "block offsets");
+      open_starts_.write(starts);
+      ensure(open_rays_, open, "open rays");
+      launch(executor_, list_open_,
+             arguments::list_open{.counts = counts_.get(),
+                                  .block_offsets = open_starts_.get(),
+                                  .list = open_rays_.get(),
+                                  .count = int(tile.count),
+                                  .block = rays_in_block_},
+             blocks.size());
+      finish_listed(tile, capacity, first_only, open, room_hits);
+      count_blocks(tile);
+      blocks = read_blocks(tile);
+    }
+  }
+
+  // As many at a time as there is room for.
+  void finish_listed(const Tile& tile, int capacity, bool first_only, std::size_t open, int room_hits) {
+    const std::size_t words = std::size_t(surface_->room_words()) * std::size_t(room_hits);
+    if (words > most_room)
+      throw Error(ErrorCode::memory,
+                  fmt::format("a ray has more than {} hits that must be told apart: there is no room "
+                              "for more",
+                              room_hits / 4));
+    const std::size_t together = std::min(open, std::max<std::size_t>(most_room / words, 1));
+    ensure(room_, together * words, "room of open rays");
+    for (std::size_t begin = 0; begin < open; begin += together) {
+      const std::size_t end = std::min(open, begin + together);
+      launch(executor_, finish_hits_,
+             arguments::finish_hits{.surface = surface_->buffers(),
+                                    .rays = tile.rays,
+                                    .list = open_rays_.get(),
+                                    .room = room_.get(),
+                                    .counts = counts_.get(),
+                                    .slots = slots_.get(),
+                                    .first = int(tile.offset),
+                                    .count = int(tile.count),
+                                    .stride = int(tile.stride),
+                                    .capacity = capacity,
+                                    .begin = int(begin),
+                                    .end = int(end),
+                                    .room_words = surface_->room_words(),
+                                    .room_hits = room_hits,
+                                    .first_only = first_only},
+             end - begin);
+    }
+  }
+
   // No hit is lost in silence.
   void require_whole(const std::vector<BlockSum>& blocks, const Tile& tile) const {
     for (const BlockSum& block : blocks) {
@@ -258,7 +321,7 @@ class DeviceQueries final : public SurfaceQueries {
   bool coordinates_;         // hits have surface coordinates
   int hits_seen_ = 0;        // most hits of a ray in batches of all hits; 0 before the first
   double rows_per_ray_ = 0;  // of the last batch
-  Program find_hits_, count_blocks_;
+  Program find_hits_, finish_hits_, count_blocks_, list_open_;
   std::optional<RowWriter> rows_;
   std::optional<PropertyMeasurement> properties_;
 
@@ -267,6 +330,7 @@ class DeviceQueries final : public SurfaceQueries {
   TypedBuffer<std::int32_t> counts_;
   TypedBuffer<float> slots_;
   TypedBuffer<BlockSum> blocks_;
+  TypedBuffer<std::uint32_t> open_starts_, open_rays_, room_;
 };
 
 std::unique_ptr<SurfaceQueries> interrogate_on_device(const Device& device,

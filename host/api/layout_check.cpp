@@ -29,7 +29,7 @@ static_assert(int(RayBatch::origin_x) == RAY_ORIGIN && int(RayBatch::direction_x
 
 static_assert(sizeof(BlockSum) == BLOCK_WORDS * word && offsetof(BlockSum, hits) == BLOCK_HITS * word &&
               offsetof(BlockSum, most) == BLOCK_MOST * word && offsetof(BlockSum, invalid) == BLOCK_INVALID * word &&
-              offsetof(BlockSum, cut) == BLOCK_CUT * word);
+              offsetof(BlockSum, cut) == BLOCK_CUT * word && offsetof(BlockSum, open) == BLOCK_OPEN * word);
 
 static_assert(sizeof(SurfaceCoordinates) == COORDINATES_WORDS * word &&
               offsetof(SurfaceCoordinates, part) == COORDINATES_PART * word &&

@@ -28,7 +28,7 @@ struct Tile {
 
 // What kernels/batch/count.inc tells of a block of rays.
 struct BlockSum {
-  std::int32_t hits, most, invalid, cut;
+  std::int32_t hits, most, invalid, cut, open;
 };
 
 // The hits of a tile on the device.

@@ -1,5 +1,6 @@
 #include "expression/source.hpp"
 
+#include <fmt/args.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -102,6 +103,17 @@ std::string device_source(const Graph& graph, std::span<const NodeId> roots, std
   names.clear();
   for (const NodeId root : program.roots) names.push_back(name(root));
   return text;
+}
+
+std::string function_source(const Graph& graph, std::span<const NodeId> roots, std::string_view head,
+                            std::string_view before, std::string_view after,
+                            const std::function<std::string(const Node&)>& decision) {
+  std::vector<std::string> names;
+  std::string text = fmt::format("{} {{\n{}", head, before);
+  text += device_source(graph, roots, "", names, decision);
+  fmt::dynamic_format_arg_store<fmt::format_context> arguments;
+  for (const std::string& name : names) arguments.push_back(name);
+  return text + fmt::vformat(after, arguments) + "}\n";
 }
 
 }  // namespace smurf::expression

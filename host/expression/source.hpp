@@ -40,6 +40,12 @@ std::string device_source(const Graph& graph, std::span<const NodeId> roots, std
                           std::vector<std::string>& names,
                           const std::function<std::string(const Node&)>& decision = {});
 
+// A whole function: its head, `before`, the statements, and `after`, in which {0}, {1}, ... are the names of the roots.
+// Braces of the language are doubled there.
+std::string function_source(const Graph& graph, std::span<const NodeId> roots, std::string_view head,
+                            std::string_view before, std::string_view after,
+                            const std::function<std::string(const Node&)>& decision = {});
+
 // The name of an operation in its macro; a variable has none.
 std::string_view device_word(Op op);
 

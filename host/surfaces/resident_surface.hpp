@@ -3,7 +3,8 @@
 // The source module "surface" defines, as kernels/grid/surface.inc does,
 //   Surface, and surface_open(SurfaceBuffers), whose members are the buffers by their names;
 //   surface_find_hits (kernels/batch/find_hits.inc) and surface_frame (kernels/batch/measure.inc);
-//   of kinds with coordinates surface_nearest_to (kernels/find_nearest.cl).
+//   of kinds with coordinates surface_nearest_to (kernels/find_nearest.cl);
+//   of kinds that leave rays open surface_finish_hits (kernels/batch/finish_hits.inc).
 #pragma once
 
 #include <cstddef>
@@ -26,6 +27,9 @@ class ResidentSurface {
   virtual std::size_t bytes() const = 0;
   // Called before properties are measured: what only they need may be made now.
   virtual void prepare_properties() {}
+  // Kinds whose search leaves rays open, and finishes them apart (kernels/batch/finish_hits.inc): words of room that
+  // the finishing takes for each hit; 0 for others.
+  virtual int room_words() const { return 0; }
   // Takes over another surface of the same kind over the same field; false if it cannot.
   virtual bool update(const SurfaceDefinition& definition) = 0;
 

@@ -5,7 +5,6 @@
 //
 // Device memory: 64 bytes for each active cell (128 where the function is made of minima or maxima in the end), and 1.3
 // bytes for each cell (active_cells.hpp).
-#include <fmt/args.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -28,21 +27,10 @@
 namespace smurf {
 namespace {
 
+using expression::function_source;
 using expression::Graph;
 using expression::NodeId;
 using expression::Op;
-
-// A function of the generated source: statements, and what is made of the values of its roots ({0}, {1}, ...).
-std::string function_source(const Graph& graph, std::span<const NodeId> roots, std::string_view head,
-                            std::string_view before, std::string_view after,
-                            const std::function<std::string(const expression::Node&)>& decision = {}) {
-  std::vector<std::string> names;
-  std::string text = fmt::format("{} {{\n{}", head, before);
-  text += expression::device_source(graph, roots, "", names, decision);
-  fmt::dynamic_format_arg_store<fmt::format_context> arguments;
-  for (const std::string& name : names) arguments.push_back(name);
-  return text + fmt::vformat(after, arguments) + "}\n";
-}
 
 // What is asked of the expression along rays (roots/taylor.inc) and at points (implicit/surface.inc).
 std::string expression_source(const ImplicitFunction& function) {
