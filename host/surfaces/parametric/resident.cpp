@@ -257,11 +257,10 @@ class ResidentParametric final : public ResidentSurface {
     const expression::NodeId unit = graph.constant(frame_.unit);
     for (int axis = 0; axis < 3; axis++) {
       const expression::NodeId middle = graph.constant(frame_.centre[axis]);
-      roots.push_back(graph.multiply(graph.subtract(source.position()[std::size_t(axis)], middle), unit));
+      roots.push_back(graph.multiply(graph.subtract(source.nodes()[std::size_t(axis)], middle), unit));
     }
-    for (const expression::NodeId id : source.first()) roots.push_back(graph.multiply(id, unit));
-    const std::vector<expression::NodeId> point = roots;
-    for (const expression::NodeId id : source.second()) roots.push_back(graph.multiply(id, unit));
+    for (std::size_t i = 3; i < 18; i++) roots.push_back(graph.multiply(source.nodes()[i], unit));
+    const std::vector<expression::NodeId> point(roots.begin(), roots.begin() + 9);
     const std::string tangents =
         "  p.s = make3({0}, {1}, {2});\n  p.u = make3({3}, {4}, {5});\n  p.v = make3({6}, {7}, {8});\n";
     std::string text = "#include \"arithmetic/real_number.inc\"\n";
