@@ -111,10 +111,10 @@ void add_properties(Table& table, const std::vector<Property>& properties, const
 }
 
 std::string_view point_status_text(std::uint32_t status) {
-  static_assert(umbilic == 1 && boundary == 2 && undefined == 4 && crease == 8);
-  static const std::array<std::string, 16> texts = [] {
-    constexpr std::array<std::string_view, 4> names = {"umbilic", "boundary", "undefined", "crease"};
-    std::array<std::string, 16> all;
+  static_assert(umbilic == 1 && boundary == 2 && undefined == 4 && crease == 8 && singular == 16);
+  static const std::array<std::string, 32> texts = [] {
+    constexpr std::array<std::string_view, 5> names = {"umbilic", "boundary", "undefined", "crease", "singular"};
+    std::array<std::string, 32> all;
     for (std::size_t bits = 0; bits < all.size(); bits++) {
       for (std::size_t i = 0; i < names.size(); i++) {
         if ((bits >> i & 1) != 0) all[bits].append(all[bits].empty() ? "" : "+").append(names[i]);
@@ -123,7 +123,7 @@ std::string_view point_status_text(std::uint32_t status) {
     all[0] = "regular";
     return all;
   }();
-  return texts[status & 15];
+  return texts[status & 31];
 }
 
 }  // namespace smurf

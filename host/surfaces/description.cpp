@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -117,11 +118,32 @@ std::shared_ptr<const SurfaceDefinition> read_isosurface(const json& root, const
   return description::reader_of(isosurface_readers(), field, "field", "fields")(field, folder, isovalue);
 }
 
+namespace {
+
+// How the file's name ends, in small letters.
+std::string ending_of(const std::filesystem::path& file) {
+  std::string ending = file.extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return char(std::tolower(c)); });
+  return ending;
+}
+
+}  // namespace
+
 Surface load_surface(const std::filesystem::path& file) {
+  const auto data = data_file_readers().find(ending_of(file));
+  if (data != data_file_readers().end()) return Surface(data->second(file));
   try {
-    return Surface(read(parse(file), file.parent_path()));
+    const json root = parse(file);
+    if (!root.is_object() || root.contains("kind")) return Surface(read(root, file.parent_path()));
+    for (const auto& [member, reader] : data_member_readers()) {
+      if (root.contains(member)) return Surface(reader(file));
+    }
+    return Surface(read(root, file.parent_path()));
   } catch (const Error& error) {
-    throw Error(error.code(), fmt::format("{}: {}", file.string(), error.what()));
+    // What reads data has the name of the file in front.
+    const std::string message = error.what(), name = file.string();
+    if (message.starts_with(name) || message.starts_with("\"" + name + "\"")) throw;
+    throw Error(error.code(), fmt::format("{}: {}", name, message));
   }
 }
 

@@ -13,6 +13,8 @@ namespace smurf {
   std::shared_ptr<const SurfaceDefinition> read(const nlohmann::json&, const std::filesystem::path&);
 #define ISOSURFACE_FIELD(kind, read) \
   std::shared_ptr<const SurfaceDefinition> read(const nlohmann::json&, const std::filesystem::path&, double);
+#define DATA_FILE(ending, read) std::shared_ptr<const SurfaceDefinition> read(const std::filesystem::path&);
+#define DATA_MEMBER(member, read) std::shared_ptr<const SurfaceDefinition> read(const std::filesystem::path&);
 #include "surfaces/kinds.def"
 
 std::unique_ptr<ResidentSurface> reside(const SurfaceDefinition& definition, Executor& executor,
@@ -43,6 +45,22 @@ const std::map<std::string, SurfaceReader>& surface_readers() {
 const std::map<std::string, IsosurfaceReader>& isosurface_readers() {
   static const std::map<std::string, IsosurfaceReader> readers{
 #define ISOSURFACE_FIELD(kind, read) {kind, read},
+#include "surfaces/kinds.def"
+  };
+  return readers;
+}
+
+const std::map<std::string, DataFileReader>& data_file_readers() {
+  static const std::map<std::string, DataFileReader> readers{
+#define DATA_FILE(ending, read) {ending, read},
+#include "surfaces/kinds.def"
+  };
+  return readers;
+}
+
+const std::map<std::string, DataFileReader>& data_member_readers() {
+  static const std::map<std::string, DataFileReader> readers{
+#define DATA_MEMBER(member, read) {member, read},
 #include "surfaces/kinds.def"
   };
   return readers;

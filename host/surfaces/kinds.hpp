@@ -35,4 +35,9 @@ using IsosurfaceReader = std::function<std::shared_ptr<const SurfaceDefinition>(
     const nlohmann::json& field, const std::filesystem::path& folder, double isovalue)>;
 const std::map<std::string, IsosurfaceReader>& isosurface_readers();
 
+// Reads a file of data that stands where a description is expected. Throws Error (input) that names the file.
+using DataFileReader = std::function<std::shared_ptr<const SurfaceDefinition>(const std::filesystem::path& file)>;
+const std::map<std::string, DataFileReader>& data_file_readers();    // by the end of its name, in small letters
+const std::map<std::string, DataFileReader>& data_member_readers();  // by a member of a JSON object without "kind"
+
 }  // namespace smurf

@@ -9,6 +9,7 @@
 #include "smurf/image.hpp"
 #include "smurf/interrogator.hpp"
 #include "smurf/mesh.hpp"
+#include "smurf/patch.hpp"
 #include "smurf/rays.hpp"
 #include "smurf/render.hpp"
 #include "smurf/surface.hpp"

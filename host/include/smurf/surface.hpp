@@ -1,6 +1,7 @@
 // Surfaces: immutable host descriptions that know nothing of devices.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <glm/glm.hpp>
 #include <map>
@@ -8,8 +9,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "smurf/mesh.hpp"
+#include "smurf/patch.hpp"
 #include "smurf/volume.hpp"
 
 namespace smurf {
@@ -90,6 +93,29 @@ enum class MeshNormals { face, interpolated };
 // times as many leaves, and rays of hundreds of hits take longer.
 Surface mesh_surface(const Mesh& mesh, MeshNormals normals = MeshNormals::face, bool spatial_splits = false);
 
+// The surface of the points position(u, v): three expressions in u and v, in the words of implicit(), for u and v in
+// [u.x, u.y] and [v.x, v.y]. Normals point along x_u × x_v. `closed` says of u and of v that the surface goes on at the
+// other end of the range; where both ends agree within 1e-6 of the extent it is closed without that. A seam is one line
+// of the surface, a side that is collapsed to a pole one point. Where an expression is undefined there is no surface.
+// Hits are counted by parameter: a place that the surface passes twice gives two.
+// Throws Error (input), one line that says which of them is wrong and how: a text that is no expression, a range that
+// is reversed, empty or not finite, positions that are undefined in all of the range or go to infinity in it, and what
+// is a curve or a point.
+Surface parametric(const std::array<std::string, 3>& position, const glm::dvec2& u, const glm::dvec2& v,
+                   const Parameters& parameters = {}, const std::array<bool, 2>& closed = {});
+
+// Bézier, B-spline and NURBS patches, one or more (smurf/patch.hpp). Normals point along x_u × x_v. SurfaceCoordinates
+// are the number of the patch, and u and v in the units of its knots. Sides of patches that lie within 1e-6 of the
+// extent of each other are one edge, which a ray crosses once. Throws Error (input) that names the patch, when one is
+// not valid, goes to infinity, or is a curve or a point.
+Surface nurbs(std::vector<Patch> patches);
+
+// Patches from a file: .bpt (the teapot's format), .bez (Geomview's BBP and BEZ), or .json: {"patches": [{"degree",
+// "size", "knots", "points", "weights"}]}, where weights are optional and points Euclidean, or with "homogeneous": true
+// points of four numbers (wx, wy, wz, w). Throws Error (input) that names the file, the line or patch, and what is
+// wrong.
+Surface load_nurbs(const std::filesystem::path& file);
+
 // What samples keep of a surface that is given by an expression: isosurface(volume, isovalue) stands where that surface
 // stands, as nearly as its reconstruction allows, and its normals point to the same side.
 struct SampledField {
@@ -105,7 +131,8 @@ struct SampledField {
 // the domain has no extent.
 SampledField sample_field(const Surface& surface, const glm::ivec3& size, int apron = 0);
 
-// Reads a surface description (JSON); file names in it are relative to the description.
+// Reads a surface description (JSON); file names in it are relative to the description. A file of data may stand in
+// place of a description: .off, .obj, .ply, .stl (meshes), .bpt, .bez, and JSON with "patches".
 // Throws Error (input) that names the file and the member that is wrong.
 Surface load_surface(const std::filesystem::path& description);
 

@@ -50,4 +50,8 @@ std::shared_ptr<const SurfaceDefinition> read_mesh(const json& root, const std::
   }
 }
 
+std::shared_ptr<const SurfaceDefinition> read_mesh_file(const std::filesystem::path& file) {
+  return mesh_surface(load_mesh(file)).share();
+}
+
 }  // namespace smurf
