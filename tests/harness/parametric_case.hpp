@@ -1,0 +1,66 @@
+// Cases of surfaces s(u, v), as descriptors of the general form (case.hpp): hits against exact roots with their u and
+// v, or against the reference's; and what is measured there against derivatives that come from no text of the library's.
+#pragma once
+
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "harness/case.hpp"
+#include "harness/hit_list_oracle.hpp"
+#include "truth/parametric.hpp"
+
+namespace smurf::test {
+
+// How far a hit may be from a root: t within its stated uncertainty and the rounding of floats, and t and the place on
+// the surface within what the library promises, which grows where a ray runs along the surface.
+class ParametricRules {
+ public:
+  explicit ParametricRules(double extent);
+  // `slope` is |cos| of the angle of ray and normal at the root, `apart` how far apart the places are on the surface.
+  Match match(const Ray& ray, const Hit& hit, double t, double slope, double apart) const;
+  double rounding(double t) const { return roundings_ * 0x1p-24 * std::abs(t); }
+
+ private:
+  double extent_, roundings_, place_;
+};
+
+// Hits against the exact roots of a scene that has an equation. `hits` tells where hits lie.
+class ExactParametricOracle : public Oracle {
+ public:
+  ExactParametricOracle(const ParametricScene& scene, const RayBatch& rays);
+
+  std::unique_ptr<const RayOracle> on(std::size_t index, const Ray& ray) const override;
+  const char* unit() const override { return "of the extent"; }
+  // The list that is judged next: the judge knows only t of its hits.
+  void of(const HitList& hits) { coordinates_ = hits.coordinates(); }
+  std::size_t roots() const;
+
+  const ParametricScene scene;
+  const double extent;
+
+ private:
+  friend class ExactParametricRay;
+  std::vector<ParametricRoots> roots_;
+  std::span<const SurfaceCoordinates> coordinates_;
+};
+
+// Hits against another list's, of which `distance` tells how far apart two places are.
+using PlaceDistance = std::function<double(const SurfaceCoordinates& hit, const SurfaceCoordinates& truth)>;
+using SlopeAt = std::function<double(const SurfaceCoordinates& place, const glm::dvec3& direction)>;
+HitListOracle parametric_oracle(const HitList& hits, const HitList& truth, double extent, const PlaceDistance& distance,
+                                const SlopeAt& slope);
+
+// What is measured at the hits of a list, by derivatives at their own u and v. `at` gives nothing where nothing is
+// compared.
+using PointAt = std::function<std::optional<PatchPoint>(const SurfaceCoordinates&)>;
+PointOracle parametric_points(std::span<const SurfaceCoordinates> places, double extent, PointAt at);
+
+// Hits that are flagged, in parts of the rays.
+double flagged_part(const HitList& hits);
+
+}  // namespace smurf::test
