@@ -22,8 +22,10 @@ class RayJudge {
  public:
   RayJudge(const HitList& hits, std::size_t index, const RayOracle& oracle, const Ray& ray, HitStatus claim)
       : hits_(hits), index_(index), oracle_(oracle), ray_(ray), claim_(claim), roots_(oracle.roots()) {
-    for (std::size_t i = hits.offsets()[index]; i < hits.offsets()[index + 1]; i++)
+    for (std::size_t i = hits.offsets()[index]; i < hits.offsets()[index + 1]; i++) {
       list_.push_back({i, hits.t()[i], hits.uncertainty()[i], hits.status()[i]});
+      if (!hits.coordinates().empty()) list_.back().place = hits.coordinates()[i];
+    }
   }
 
   Verdict verdict() {

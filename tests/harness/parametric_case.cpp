@@ -29,7 +29,8 @@ Match ParametricRules::match(const Ray& ray, const Hit& hit, double t, double sl
   const double rounding = this->rounding(t);
   // Across the surface what is promised; along the ray, and along the surface, as much more as they are aslant. Close
   // to a double root only the enclosure tells.
-  const double allowed = std::max(place_ * extent_ / std::max(slope, 1e-12), speed * hit.uncertainty) + speed * rounding;
+  const double allowed =
+      std::max(place_ * extent_ / std::max(slope, 1e-12), speed * hit.uncertainty) + speed * rounding;
   const double part = std::max({off / (hit.uncertainty + rounding), off * speed / allowed, apart / (2 * allowed)});
   // A hit as far off as this is of another root.
   if (part > 100) return {};
@@ -49,9 +50,8 @@ class ExactParametricRay : public RayOracle {
   bool doubtful() const override { return found_.doubtful; }
   Match match(const Hit& hit, const Root& root) const override {
     const ParametricRoot& exact = found_.at[root.row];
-    const SurfaceCoordinates& place = of_.coordinates_[hit.index];
     const double slope = slope_of(of_.scene.at(exact.place.x, exact.place.y), glm::dvec3(ray_.direction));
-    return rules_.match(ray_, hit, root.t, slope, distance_on(of_.scene, {place.u, place.v}, exact.place));
+    return rules_.match(ray_, hit, root.t, slope, distance_on(of_.scene, {hit.place.u, hit.place.v}, exact.place));
   }
   double enclosure(const Hit& hit) const override { return hit.uncertainty + rules_.rounding(hit.t); }
 
@@ -78,43 +78,69 @@ std::unique_ptr<const RayOracle> ExactParametricOracle::on(std::size_t index, co
   return std::make_unique<ExactParametricRay>(*this, index, ray);
 }
 
-std::size_t ExactParametricOracle::roots() const {
-  std::size_t sum = 0;
-  for (const ParametricRoots& roots : roots_) sum += roots.at.size();
-  return sum;
-}
-
 // ---- Against another list
 
-HitListOracle parametric_oracle(const HitList& hits, const HitList& truth, double extent, const PlaceDistance& distance,
-                                const SlopeAt& slope) {
-  const ParametricRules rules(extent);
-  // The lists are copied: columns are small, and the oracle outlives the call.
-  return {truth,
-          {.match =
-               [=](const Ray& ray, const Hit& hit, const Root& root) {
-                 const SurfaceCoordinates &mine = hits.coordinates()[hit.index],
-                                          &exact = truth.coordinates()[root.row];
-                 Hit widened = hit;
-                 widened.uncertainty += truth.uncertainty()[root.row];
-                 return rules.match(ray, widened, root.t, slope(exact, glm::dvec3(ray.direction)),
-                                    distance(mine, exact));
-               },
-           .certain =
-               [=](const Ray& ray, std::span<const Root> roots, std::size_t k) {
-                 // Within rounding of an end of the range of t a hit may be there or not.
-                 const double t = roots[k].t;
-                 const double off = 4 * rules.rounding(t) + 2 * truth.uncertainty()[roots[k].row];
-                 return t > ray.t_min + off && t < ray.t_max - off;
-               },
-           .excused =
-               [=](const Ray& ray, double t) {
-                 const double off =
-                     4 * rules.rounding(t) + 2e-6 * extent / glm::length(glm::dvec3(ray.direction));
-                 return t < ray.t_min + off || t > ray.t_max - off;
-               },
-           .rounding = [](const Ray&) { return 0.0; },
-           .unit = "of the extent"}};
+PlaceRules rules_of(const ParametricScene& scene) {
+  return {.extent = extent_of(sampled_bounds(scene)),
+          .distance =
+              [scene](const SurfaceCoordinates& a, const SurfaceCoordinates& b) {
+                return distance_on(scene, {a.u, a.v}, {b.u, b.v});
+              },
+          .slope = [scene](const SurfaceCoordinates& at,
+                           const glm::dvec3& direction) { return slope_of(scene.at(at.u, at.v), direction); }};
+}
+
+PlaceRules rules_of(const std::vector<Patch>& patches) {
+  return {.extent = extent_of(patches),
+          .distance =
+              [patches](const SurfaceCoordinates& a, const SurfaceCoordinates& b) {
+                const PatchPoint hit = point_of(patches[a.part], a.u, a.v), truth = point_of(patches[b.part], b.u, b.v);
+                const double straight = glm::distance(hit.position, truth.position);
+                const Patch& patch = patches[b.part];
+                bool at_side = a.part != b.part;
+                for (int axis = 0; axis < 2; axis++) {
+                  const double at = axis == 0 ? b.u : b.v, near = 1e-4 * (patch.upper(axis) - patch.lower(axis));
+                  at_side = at_side || at < patch.lower(axis) + near || at > patch.upper(axis) - near;
+                }
+                if (at_side) return straight;
+                return std::max(straight, std::abs(double(a.u) - b.u) * glm::length(truth.u) +
+                                              std::abs(double(a.v) - b.v) * glm::length(truth.v));
+              },
+          .slope =
+              [patches](const SurfaceCoordinates& at, const glm::dvec3& direction) {
+                return slope_of(point_of(patches[at.part], at.u, at.v), direction);
+              }};
+}
+
+std::shared_ptr<const Oracle> oracle_by_list(const HitList& truth, const PlaceRules& places) {
+  const ParametricRules rules(places.extent);
+  HitListRules judged;
+  judged.match = [=](const Ray& ray, const Hit& hit, const Root& root) {
+    Hit widened = hit;
+    widened.uncertainty += truth.uncertainty()[root.row];
+    const SurfaceCoordinates& exact = truth.coordinates()[root.row];
+    return rules.match(ray, widened, root.t, places.slope(exact, glm::dvec3(ray.direction)),
+                       places.distance(hit.place, exact));
+  };
+  // Within rounding of an end of the range of t a hit may be there or not.
+  const auto off = [=](const Ray& ray, double t) {
+    return 4 * rules.rounding(t) + 2e-6 * places.extent / glm::length(glm::dvec3(ray.direction));
+  };
+  judged.certain = [=](const Ray& ray, std::span<const Root> roots, std::size_t k) {
+    const double t = roots[k].t, margin = off(ray, t);
+    return t > ray.t_min + margin && t < ray.t_max - margin;
+  };
+  judged.excused = [=](const Ray& ray, double t) {
+    const double margin = off(ray, t);
+    return t < ray.t_min + margin || t > ray.t_max - margin;
+  };
+  judged.unit = "of the extent";
+  return std::make_shared<HitListOracle>(truth, judged);
+}
+
+std::shared_ptr<const Oracle> oracle_by_reference(const Surface& surface, const RayBatch& rays,
+                                                  const PlaceRules& rules) {
+  return oracle_by_list(Interrogator(reference_device(), surface).cast(rays, {.hits = Hits::all}), rules);
 }
 
 // ---- Points
@@ -138,8 +164,8 @@ PointOracle parametric_points(std::span<const SurfaceCoordinates> places, double
     truth.normal = normal * worse;
     const double size = std::max({std::abs(exact->k1), std::abs(exact->k2), floor / extent});
     // Second derivatives are rounded at their own size, which may be far above what is left across the surface.
-    const double second = std::max({glm::length(point->uu) / (u * u), glm::length(point->uv) / (u * v),
-                                    glm::length(point->vv) / (v * v)});
+    const double second = std::max(
+        {glm::length(point->uu) / (u * u), glm::length(point->uv) / (u * v), glm::length(point->vv) / (v * v)});
     const double off = (curvature * size + rounding * second) * worse * worse;
     truth.principal = off;
     truth.mean = off;
@@ -151,15 +177,23 @@ PointOracle parametric_points(std::span<const SurfaceCoordinates> places, double
   };
 }
 
-double flagged_part(const HitList& hits) {
+bool is_flagged(const HitList& hits, std::size_t ray) {
+  for (std::size_t i = hits.offsets()[ray]; i < hits.offsets()[ray + 1]; i++)
+    if (hits.status()[i] == HitStatus::tangent || hits.status()[i] == HitStatus::unresolved) return true;
+  return false;
+}
+
+std::size_t flagged_rays(const HitList& hits) {
   std::size_t flagged = 0;
-  for (std::size_t ray = 0; ray < hits.ray_count(); ray++) {
-    bool any = false;
-    for (std::size_t i = hits.offsets()[ray]; i < hits.offsets()[ray + 1]; i++)
-      any = any || hits.status()[i] == HitStatus::tangent || hits.status()[i] == HitStatus::unresolved;
-    flagged += any;
-  }
-  return hits.ray_count() > 0 ? double(flagged) / double(hits.ray_count()) : 0;
+  for (std::size_t ray = 0; ray < hits.ray_count(); ray++) flagged += is_flagged(hits, ray);
+  return flagged;
+}
+
+std::size_t odd_rays(const HitList& hits) {
+  std::size_t odd = 0;
+  for (std::size_t ray = 0; ray < hits.ray_count(); ray++)
+    odd += (hits.offsets()[ray + 1] - hits.offsets()[ray]) % 2 == 1 && !is_flagged(hits, ray);
+  return odd;
 }
 
 }  // namespace smurf::test

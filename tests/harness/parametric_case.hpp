@@ -13,6 +13,7 @@
 #include "harness/case.hpp"
 #include "harness/hit_list_oracle.hpp"
 #include "truth/parametric.hpp"
+#include "truth/patches.hpp"
 
 namespace smurf::test {
 
@@ -29,16 +30,13 @@ class ParametricRules {
   double extent_, roundings_, place_;
 };
 
-// Hits against the exact roots of a scene that has an equation. `hits` tells where hits lie.
+// Hits against the exact roots of a scene that has an equation.
 class ExactParametricOracle : public Oracle {
  public:
   ExactParametricOracle(const ParametricScene& scene, const RayBatch& rays);
 
   std::unique_ptr<const RayOracle> on(std::size_t index, const Ray& ray) const override;
   const char* unit() const override { return "of the extent"; }
-  // The list that is judged next: the judge knows only t of its hits.
-  void of(const HitList& hits) { coordinates_ = hits.coordinates(); }
-  std::size_t roots() const;
 
   const ParametricScene scene;
   const double extent;
@@ -46,21 +44,32 @@ class ExactParametricOracle : public Oracle {
  private:
   friend class ExactParametricRay;
   std::vector<ParametricRoots> roots_;
-  std::span<const SurfaceCoordinates> coordinates_;
 };
 
-// Hits against another list's, of which `distance` tells how far apart two places are.
-using PlaceDistance = std::function<double(const SurfaceCoordinates& hit, const SurfaceCoordinates& truth)>;
-using SlopeAt = std::function<double(const SurfaceCoordinates& place, const glm::dvec3& direction)>;
-HitListOracle parametric_oracle(const HitList& hits, const HitList& truth, double extent, const PlaceDistance& distance,
-                                const SlopeAt& slope);
+// Hits against another list's. `distance` tells how far apart two places are on the surface, `slope` |cos| of the angle
+// of a direction and the normal at a place.
+struct PlaceRules {
+  double extent = 1;
+  std::function<double(const SurfaceCoordinates& hit, const SurfaceCoordinates& truth)> distance;
+  std::function<double(const SurfaceCoordinates& place, const glm::dvec3& direction)> slope;
+};
+PlaceRules rules_of(const ParametricScene& scene);
+// Of patches: at sides, where one place has several names, places are compared in space.
+PlaceRules rules_of(const std::vector<Patch>& patches);
+std::shared_ptr<const Oracle> oracle_by_list(const HitList& truth, const PlaceRules& rules);
+// By the reference's hits.
+std::shared_ptr<const Oracle> oracle_by_reference(const Surface& surface, const RayBatch& rays,
+                                                  const PlaceRules& rules);
 
 // What is measured at the hits of a list, by derivatives at their own u and v. `at` gives nothing where nothing is
 // compared.
 using PointAt = std::function<std::optional<PatchPoint>(const SurfaceCoordinates&)>;
 PointOracle parametric_points(std::span<const SurfaceCoordinates> places, double extent, PointAt at);
 
-// Hits that are flagged, in parts of the rays.
-double flagged_part(const HitList& hits);
+// Whether a hit of the ray is tangent or unresolved.
+bool is_flagged(const HitList& hits, std::size_t ray);
+std::size_t flagged_rays(const HitList& hits);
+// Rays of a list without flagged hits, which are odd in number.
+std::size_t odd_rays(const HitList& hits);
 
 }  // namespace smurf::test

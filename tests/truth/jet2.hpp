@@ -50,15 +50,9 @@ inline Jet2 inverse(const Jet2& a) {
   return chained(a, r, -r * r, 2 * r * r * r);
 }
 inline Jet2 operator/(const Jet2& a, const Jet2& b) { return a * inverse(b); }
-inline Jet2 sin(const Jet2& a) {
-  return chained(a, std::sin(a.value), std::cos(a.value), -std::sin(a.value));
-}
-inline Jet2 cos(const Jet2& a) {
-  return chained(a, std::cos(a.value), -std::sin(a.value), -std::cos(a.value));
-}
-inline Jet2 cosh(const Jet2& a) {
-  return chained(a, std::cosh(a.value), std::sinh(a.value), std::cosh(a.value));
-}
+inline Jet2 sin(const Jet2& a) { return chained(a, std::sin(a.value), std::cos(a.value), -std::sin(a.value)); }
+inline Jet2 cos(const Jet2& a) { return chained(a, std::cos(a.value), -std::sin(a.value), -std::cos(a.value)); }
+inline Jet2 cosh(const Jet2& a) { return chained(a, std::cosh(a.value), std::sinh(a.value), std::cosh(a.value)); }
 inline Jet2 tanh(const Jet2& a) {
   const double t = std::tanh(a.value), slope = 1 - t * t;
   return chained(a, t, slope, -2 * t * slope);

@@ -66,12 +66,11 @@ std::optional<Differential> differential_of(const PatchPoint& p) {
 }
 
 std::string ParametricScene::description() const {
-  return fmt::format(
-      R"({{"kind":"parametric","position":["{}","{}","{}"],"u":[{},{}],"v":[{},{}]{}}})"
-      "\n",
-      position[0], position[1], position[2], lower.x, upper.x, lower.y, upper.y,
-      closed[0] ? (closed[1] ? R"(,"period":["u","v"])" : R"(,"period":["u"])")
-                : (closed[1] ? R"(,"period":["v"])" : ""));
+  return fmt::format(R"({{"kind":"parametric","position":["{}","{}","{}"],"u":[{},{}],"v":[{},{}]{}}})"
+                     "\n",
+                     position[0], position[1], position[2], lower.x, upper.x, lower.y, upper.y,
+                     closed[0] ? (closed[1] ? R"(,"period":["u","v"])" : R"(,"period":["u"])")
+                               : (closed[1] ? R"(,"period":["v"])" : ""));
 }
 
 ParametricScene sphere_scene(double radius) {

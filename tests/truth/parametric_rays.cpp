@@ -29,12 +29,8 @@ class SceneRays {
     d[integer(0, 2)] = integer(0, 1) == 0 ? 1 : -1;
     return d;
   }
-  dvec3 in_box() {
-    return box_.lower + (box_.upper - box_.lower) * dvec3(uniform(0, 1), uniform(0, 1), uniform(0, 1));
-  }
-  dvec2 place() {
-    return scene_.lower + (scene_.upper - scene_.lower) * dvec2(uniform(0, 1), uniform(0, 1));
-  }
+  dvec3 in_box() { return box_.lower + (box_.upper - box_.lower) * dvec3(uniform(0, 1), uniform(0, 1), uniform(0, 1)); }
+  dvec2 place() { return scene_.lower + (scene_.upper - scene_.lower) * dvec2(uniform(0, 1), uniform(0, 1)); }
   // At an end of u's range or of v's.
   dvec2 at_border() {
     dvec2 at = place();
@@ -123,17 +119,15 @@ void add_border_families(std::vector<RayFamily>& out, const ParametricScene& sce
       return scene.at(at.x, at.y).position;
     };
     out.push_back(family("through poles", count, [&] { return random.through(pole(), random.direction()); }));
-    out.push_back(family("through poles, along an axis", count / 4, [&] {
-      return random.through(pole(), random.axis());
-    }));
+    out.push_back(
+        family("through poles, along an axis", count / 4, [&] { return random.through(pole(), random.axis()); }));
     out.push_back(family("near poles", count, [&] {
       const double away = random.diagonal() * std::pow(10.0, random.uniform(-8, -2));
       return random.through(pole() + away * random.direction(), random.direction());
     }));
   }
-  out.push_back(family("at seams and borders", count, [&] {
-    return random.through(random.at(random.at_border()).position, random.direction());
-  }));
+  out.push_back(family("at seams and borders", count,
+                       [&] { return random.through(random.at(random.at_border()).position, random.direction()); }));
   out.push_back(family("near seams and borders", count, [&] {
     const double away = random.diagonal() * std::pow(10.0, random.uniform(-8, -3));
     return random.through(random.at(random.at_border()).position + away * random.direction(), random.direction());
@@ -151,9 +145,8 @@ void add_border_families(std::vector<RayFamily>& out, const ParametricScene& sce
 
 void add_plane_families(std::vector<RayFamily>& out, SceneRays& random, std::size_t count) {
   out.push_back(family("along an axis", count, [&] { return random.through(random.in_box(), random.axis()); }));
-  out.push_back(family("along an axis, at a point of the surface", count, [&] {
-    return random.through(random.regular_point().position, random.axis());
-  }));
+  out.push_back(family("along an axis, at a point of the surface", count,
+                       [&] { return random.through(random.regular_point().position, random.axis()); }));
   out.push_back(family("in a plane of symmetry", count, [&] {
     const int axis = random.integer(0, 2);
     dvec3 p = random.in_box(), d = random.direction();
@@ -161,9 +154,8 @@ void add_plane_families(std::vector<RayFamily>& out, SceneRays& random, std::siz
     if (random.integer(0, 7) == 0) p[(axis + 1) % 3] = 0;
     return random.through(p, d);
   }));
-  out.push_back(family("in the origin's axes", count / 8 + 3, [&] {
-    return random.through(dvec3(0.0), random.axis());
-  }));
+  out.push_back(
+      family("in the origin's axes", count / 8 + 3, [&] { return random.through(dvec3(0.0), random.axis()); }));
 }
 
 void add_extent_families(std::vector<RayFamily>& out, SceneRays& random, std::size_t count) {

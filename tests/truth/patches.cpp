@@ -143,7 +143,8 @@ PatchPoint point_of(const Patch& patch, double u, double v) {
   for (std::size_t j = 0; j < bv.size(); j++) {
     for (std::size_t i = 0; i < bu.size(); i++) {
       const Jet2 weight = bu[i] * bv[j];
-      for (int c = 0; c < 4; c++) sum[std::size_t(c)] = sum[std::size_t(c)] + weight * patch.points[j * bu.size() + i][c];
+      for (int c = 0; c < 4; c++)
+        sum[std::size_t(c)] = sum[std::size_t(c)] + weight * patch.points[j * bu.size() + i][c];
     }
   }
   PatchPoint at;
