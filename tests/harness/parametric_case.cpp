@@ -1,9 +1,14 @@
 #include "harness/parametric_case.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <fstream>
 #include <utility>
 
+#include "harness/replay.hpp"
 #include "harness/tolerances.hpp"
 #include "numerics/parallel.hpp"
 
@@ -50,8 +55,9 @@ class ExactParametricRay : public RayOracle {
   bool doubtful() const override { return found_.doubtful; }
   Match match(const Hit& hit, const Root& root) const override {
     const ParametricRoot& exact = found_.at[root.row];
+    const glm::dvec2 place = of_.place_of ? of_.place_of(hit.place) : glm::dvec2(hit.place.u, hit.place.v);
     const double slope = slope_of(of_.scene.at(exact.place.x, exact.place.y), glm::dvec3(ray_.direction));
-    return rules_.match(ray_, hit, root.t, slope, distance_on(of_.scene, {hit.place.u, hit.place.v}, exact.place));
+    return rules_.match(ray_, hit, root.t, slope, distance_on(of_.scene, place, exact.place));
   }
   double enclosure(const Hit& hit) const override { return hit.uncertainty + rules_.rounding(hit.t); }
 
@@ -175,6 +181,51 @@ PointOracle parametric_points(std::span<const SurfaceCoordinates> places, double
     if (difference > 0.05 * size) truth.direction = 4 * off / difference + truth.normal;
     return truth;
   };
+}
+
+// ---- Cases
+
+Case case_of(const ParametricScene& scene) {
+  return {.name = scene.name,
+          .surface = scene.surface(),
+          .replay = [json = scene.description()](const std::string& name, const Ray& ray, const std::string& device) {
+            return replay_command(name + " " + device, json, ray, device);
+          }};
+}
+
+namespace {
+
+std::string numbers(const auto& list) {
+  std::string text;
+  for (const auto& x : list) text += fmt::format("{}{}", text.empty() ? "" : ",", x);
+  return "[" + text + "]";
+}
+
+std::string json_of(const std::vector<Patch>& patches) {
+  std::string text;
+  for (const Patch& p : patches) {
+    std::string points;
+    for (const glm::dvec4& x : p.points)
+      points += fmt::format("{}[{},{},{},{}]", points.empty() ? "" : ",", x.x, x.y, x.z, x.w);
+    text += fmt::format(R"({}{{"degree":{},"size":{},"knots":[{},{}],"points":[{}]}})", text.empty() ? "" : ",\n",
+                        numbers(p.degree), numbers(p.size), numbers(p.knots[0]), numbers(p.knots[1]), points);
+  }
+  return R"({"homogeneous":true,"patches":[)" + text + "]}\n";
+}
+
+}  // namespace
+
+Case case_of(const std::string& name, const std::vector<Patch>& patches) {
+  return {.name = name,
+          .surface = nurbs(patches),
+          .replay = [patches](const std::string& file, const Ray& ray, const std::string& device) {
+            std::string data = file + " patches.json";
+            std::ranges::replace_if(
+                data, [](unsigned char c) { return !std::isalnum(c) && c != '.'; }, '-');
+            std::ofstream(output_folder() / data) << json_of(patches);
+            const std::string json = fmt::format("{{\"kind\":\"nurbs\",\"file\":\"{}\"}}\n", data);
+            return replay_command(file + " " + device, json, ray, device);
+          }};
 }
 
 bool is_flagged(const HitList& hits, std::size_t ray) {

@@ -13,6 +13,7 @@
 #include "harness/case.hpp"
 #include "harness/hit_list_oracle.hpp"
 #include "truth/parametric.hpp"
+#include "truth/parametric_rays.hpp"
 #include "truth/patches.hpp"
 
 namespace smurf::test {
@@ -40,6 +41,8 @@ class ExactParametricOracle : public Oracle {
 
   const ParametricScene scene;
   const double extent;
+  // Where the scene has the point of a hit; as the hit says, where it is empty. For patches of the same surface.
+  std::function<glm::dvec2(const SurfaceCoordinates&)> place_of;
 
  private:
   friend class ExactParametricRay;
@@ -65,6 +68,10 @@ std::shared_ptr<const Oracle> oracle_by_reference(const Surface& surface, const 
 // compared.
 using PointAt = std::function<std::optional<PatchPoint>(const SurfaceCoordinates&)>;
 PointOracle parametric_points(std::span<const SurfaceCoordinates> places, double extent, PointAt at);
+
+// A case without its rays and oracle. Patches are written out to be cast on again.
+Case case_of(const ParametricScene& scene);
+Case case_of(const std::string& name, const std::vector<Patch>& patches);
 
 // Whether a hit of the ray is tangent or unresolved.
 bool is_flagged(const HitList& hits, std::size_t ray);

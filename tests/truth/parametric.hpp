@@ -1,10 +1,11 @@
 // Surfaces s(u, v) of which answers are known: position and derivatives everywhere, and for algebraic ones the roots on
-// a ray with their u and v; and hostile rays for them.
+// a ray with their u and v.
 #pragma once
 
 #include <array>
 #include <functional>
 #include <glm/glm.hpp>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,7 +14,6 @@
 #include "smurf/rays.hpp"
 #include "smurf/surface.hpp"
 #include "truth/jet.hpp"
-#include "truth/rays.hpp"
 
 namespace smurf::test {
 
@@ -80,11 +80,5 @@ class AlgebraicRoots {
 // How far apart two places of the surface are on it, about: differences of u and v, by way of the seams where that is
 // shorter, times the size of x_u and x_v. A pole, and a seam, are the same from wherever they are named.
 double distance_on(const ParametricScene& scene, const glm::dvec2& a, const glm::dvec2& b);
-
-// Chords of the surface's box and pixels of cameras that look at it, which are `random`; and hostile families, about
-// `hostile` rays each: through poles, at and along seams and borders, parallel to axes, in planes of symmetry, tangent,
-// from inside, from the surface, from 1e4 extents away, in windows of t, and invalid ones.
-std::vector<RayFamily> parametric_families(const ParametricScene& scene, std::size_t random, std::size_t hostile,
-                                           unsigned seed);
 
 }  // namespace smurf::test

@@ -4,7 +4,7 @@
 #include <numbers>
 #include <random>
 
-#include "truth/parametric.hpp"
+#include "truth/parametric_rays.hpp"
 
 namespace smurf::test {
 namespace {
@@ -14,8 +14,8 @@ using glm::dvec3;
 
 class SceneRays {
  public:
-  SceneRays(const ParametricScene& scene, unsigned seed) : scene_(scene), box_(sampled_bounds(scene)), random_(seed) {
-    diagonal_ = glm::length(box_.upper - box_.lower);
+  SceneRays(const RaySources& sources, unsigned seed) : sources_(sources), random_(seed) {
+    diagonal_ = glm::length(box().upper - box().lower);
   }
 
   double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
@@ -29,22 +29,22 @@ class SceneRays {
     d[integer(0, 2)] = integer(0, 1) == 0 ? 1 : -1;
     return d;
   }
-  dvec3 in_box() { return box_.lower + (box_.upper - box_.lower) * dvec3(uniform(0, 1), uniform(0, 1), uniform(0, 1)); }
-  dvec2 place() { return scene_.lower + (scene_.upper - scene_.lower) * dvec2(uniform(0, 1), uniform(0, 1)); }
-  // At an end of u's range or of v's.
-  dvec2 at_border() {
-    dvec2 at = place();
-    const int axis = integer(0, 1);
-    at[axis] = integer(0, 1) == 0 ? scene_.lower[axis] : scene_.upper[axis];
-    return at;
+  dvec3 in_box() {
+    return box().lower + (box().upper - box().lower) * dvec3(uniform(0, 1), uniform(0, 1), uniform(0, 1));
   }
-  PatchPoint at(const dvec2& place) const { return scene_.at(place.x, place.y); }
+  // Where parameters end; of four, one is at a corner.
+  PatchPoint at_border() {
+    const double side = uniform(0, 1), along = integer(0, 3) == 0 ? integer(0, 1) : uniform(0, 1);
+    return sources_.border(side, along);
+  }
   PatchPoint regular_point() {
     while (true) {
-      const PatchPoint p = at(place());
+      const double a = uniform(0, 1), b = uniform(0, 1);
+      const PatchPoint p = sources_.anywhere(a, b);
       if (differential_of(p)) return p;
     }
   }
+  dvec3 pole() { return sources_.poles[std::size_t(integer(0, int(sources_.poles.size()) - 1))]; }
   dvec3 tangent(const PatchPoint& p) {
     const double angle = uniform(0, 2 * std::numbers::pi);
     const dvec3 e1 = glm::normalize(p.u), e2 = glm::normalize(glm::cross(glm::cross(p.u, p.v), p.u));
@@ -56,11 +56,11 @@ class SceneRays {
     return {glm::vec3(point - 1.5 * diagonal_ * d), glm::vec3(uniform(0.5, 2) * d)};
   }
   double diagonal() const { return diagonal_; }
-  const Bounds& box() const { return box_; }
+  const Bounds& box() const { return sources_.box; }
+  const RaySources& sources() const { return sources_; }
 
  private:
-  const ParametricScene& scene_;
-  Bounds box_;
+  const RaySources& sources_;
   double diagonal_ = 0;
   std::mt19937 random_;
 };
@@ -111,33 +111,28 @@ RayFamily invalid_rays(SceneRays& random, std::size_t count) {
 }
 
 // Rays that meet the surface where its parameters end or have no meaning.
-void add_border_families(std::vector<RayFamily>& out, const ParametricScene& scene, SceneRays& random,
-                         std::size_t count) {
-  if (!scene.poles.empty()) {
-    const auto pole = [&] {
-      const dvec2 at = scene.poles[std::size_t(random.integer(0, int(scene.poles.size()) - 1))];
-      return scene.at(at.x, at.y).position;
-    };
-    out.push_back(family("through poles", count, [&] { return random.through(pole(), random.direction()); }));
-    out.push_back(
-        family("through poles, along an axis", count / 4, [&] { return random.through(pole(), random.axis()); }));
+void add_border_families(std::vector<RayFamily>& out, SceneRays& random, std::size_t count) {
+  if (!random.sources().poles.empty()) {
+    out.push_back(family("through poles", count, [&] { return random.through(random.pole(), random.direction()); }));
+    out.push_back(family("through poles, along an axis", count / 4,
+                         [&] { return random.through(random.pole(), random.axis()); }));
     out.push_back(family("near poles", count, [&] {
       const double away = random.diagonal() * std::pow(10.0, random.uniform(-8, -2));
-      return random.through(pole() + away * random.direction(), random.direction());
+      return random.through(random.pole() + away * random.direction(), random.direction());
     }));
   }
   out.push_back(family("at seams and borders", count,
-                       [&] { return random.through(random.at(random.at_border()).position, random.direction()); }));
+                       [&] { return random.through(random.at_border().position, random.direction()); }));
   out.push_back(family("near seams and borders", count, [&] {
     const double away = random.diagonal() * std::pow(10.0, random.uniform(-8, -3));
-    return random.through(random.at(random.at_border()).position + away * random.direction(), random.direction());
+    return random.through(random.at_border().position + away * random.direction(), random.direction());
   }));
   out.push_back(family("from seam to seam", count, [&] {
-    const dvec3 from = random.at(random.at_border()).position, to = random.at(random.at_border()).position;
+    const dvec3 from = random.at_border().position, to = random.at_border().position;
     return random.through(from, glm::distance(from, to) > 1e-3 * random.diagonal() ? to - from : random.direction());
   }));
   out.push_back(family("along seams and borders", count, [&] {
-    const PatchPoint p = random.at(random.at_border());
+    const PatchPoint p = random.at_border();
     const dvec3 along = random.integer(0, 1) == 0 ? p.u : p.v;
     return random.through(p.position, glm::length(along) > 1e-6 ? along : random.direction());
   }));
@@ -203,9 +198,60 @@ void add_extent_families(std::vector<RayFamily>& out, SceneRays& random, std::si
 
 }  // namespace
 
-std::vector<RayFamily> parametric_families(const ParametricScene& scene, std::size_t random_rays, std::size_t hostile,
+RaySources sources_of(const ParametricScene& scene) {
+  RaySources sources;
+  sources.box = sampled_bounds(scene);
+  sources.anywhere = [scene](double a, double b) {
+    const dvec2 at = scene.lower + (scene.upper - scene.lower) * dvec2(a, b);
+    return scene.at(at.x, at.y);
+  };
+  sources.border = [scene](double which, double along) {
+    const int side = std::min(3, int(4 * which)), fixed = side / 2;
+    dvec2 at = scene.lower + (scene.upper - scene.lower) * along;
+    at[fixed] = side % 2 == 0 ? scene.lower[fixed] : scene.upper[fixed];
+    return scene.at(at.x, at.y);
+  };
+  for (const dvec2& pole : scene.poles) sources.poles.push_back(scene.at(pole.x, pole.y).position);
+  return sources;
+}
+
+RaySources sources_of(const std::vector<Patch>& patches) {
+  const double count = double(patches.size());
+  const auto number = [=](double part) { return std::min(patches.size() - 1, std::size_t(part * count)); };
+  RaySources sources;
+  sources.anywhere = [=](double a, double b) {
+    const std::size_t patch = number(a);
+    const Patch& p = patches[patch];
+    const double u = std::clamp(a * count - double(patch), 0.0, 1.0);
+    return point_of(p, p.lower(0) + u * (p.upper(0) - p.lower(0)), p.lower(1) + b * (p.upper(1) - p.lower(1)));
+  };
+  sources.border = [=](double which, double along) {
+    const std::size_t patch = number(which);
+    const int side = std::clamp(int(4 * (which * count - double(patch))), 0, 3);
+    const dvec2 at = Side{patch, side}.place(patches, along);
+    return point_of(patches[patch], at.x, at.y);
+  };
+  sources.box = {dvec3(HUGE_VAL), dvec3(-HUGE_VAL)};
+  constexpr int samples = 16;
+  for (const Patch& p : patches) {
+    for (int k = 0; k < (samples + 1) * (samples + 1); k++) {
+      const double a = double(k % (samples + 1)) / samples, b = double(k / (samples + 1)) / samples;
+      const dvec3 at =
+          point_of(p, p.lower(0) + a * (p.upper(0) - p.lower(0)), p.lower(1) + b * (p.upper(1) - p.lower(1))).position;
+      sources.box.lower = glm::min(sources.box.lower, at);
+      sources.box.upper = glm::max(sources.box.upper, at);
+    }
+  }
+  for (const Side& side : collapsed_sides(patches, 1e-9 * extent_of(sources.box))) {
+    const dvec2 at = side.place(patches, 0);
+    sources.poles.push_back(point_of(patches[side.patch], at.x, at.y).position);
+  }
+  return sources;
+}
+
+std::vector<RayFamily> parametric_families(const RaySources& sources, std::size_t random_rays, std::size_t hostile,
                                            unsigned seed) {
-  SceneRays random(scene, seed);
+  SceneRays random(sources, seed);
   std::vector<RayFamily> out;
   RayFamily chords = family("chords", random_rays, [&] {
     const dvec3 a = random.in_box(), b = random.in_box();
@@ -214,7 +260,7 @@ std::vector<RayFamily> parametric_families(const ParametricScene& scene, std::si
   chords.random = true;
   out.push_back(std::move(chords));
   out.push_back(cameras(random, random_rays));
-  add_border_families(out, scene, random, hostile);
+  add_border_families(out, random, hostile);
   add_plane_families(out, random, hostile);
   add_extent_families(out, random, hostile);
   out.push_back(invalid_rays(random, 22));

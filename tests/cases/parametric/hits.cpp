@@ -16,7 +16,6 @@
 #include "harness/devices.hpp"
 #include "harness/kernel_cover.hpp"
 #include "harness/parametric_case.hpp"
-#include "harness/replay.hpp"
 #include "harness/tolerances.hpp"
 #include "smurf/error.hpp"
 #include "smurf/interrogator.hpp"
@@ -31,12 +30,8 @@ constexpr std::string_view kind = "parametric";
 constexpr std::size_t random_rays = 2000, hostile_rays = 60;
 
 Case case_of(const ParametricScene& scene, std::vector<RayFamily> rays) {
-  Case one{.name = scene.name,
-           .surface = scene.surface(),
-           .rays = std::move(rays),
-           .replay = [json = scene.description()](const std::string& name, const Ray& ray, const std::string& device) {
-             return replay_command(name + " " + device, json, ray, device);
-           }};
+  Case one = case_of(scene);
+  one.rays = std::move(rays);
   if (scene.equation.empty()) {
     one.oracle = [surface = one.surface, rules = rules_of(scene)](const RayFamily& family) {
       return oracle_by_reference(surface, family.rays, rules);
