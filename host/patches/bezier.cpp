@@ -120,11 +120,9 @@ std::vector<BezierPiece> bezier_pieces(const Patch& patch, std::uint32_t number)
   return pieces;
 }
 
-PatchPoint evaluate(const BezierPiece& piece, double u, double v) {
-  const glm::dvec2 extent = piece.upper - piece.lower;
-  const Basis in_u = basis(piece.degree[0], (u - piece.lower.x) / extent.x),
-              in_v = basis(piece.degree[1], (v - piece.lower.y) / extent.y);
-  // Homogeneous derivatives [by u][by v], by the parameters of the patch.
+PatchPoint evaluate_unit(const BezierPiece& piece, double u, double v) {
+  const Basis in_u = basis(piece.degree[0], u), in_v = basis(piece.degree[1], v);
+  // Homogeneous derivatives [by u][by v].
   std::array<std::array<glm::dvec4, 3>, 3> h{};
   std::size_t at = 0;
   for (int j = 0; j <= piece.degree[1]; j++) {
@@ -135,8 +133,7 @@ PatchPoint evaluate(const BezierPiece& piece, double u, double v) {
       }
     }
   }
-  const glm::dvec4 by_u = h[1][0] / extent.x, by_v = h[0][1] / extent.y, by_uu = h[2][0] / (extent.x * extent.x),
-                   by_uv = h[1][1] / (extent.x * extent.y), by_vv = h[0][2] / (extent.y * extent.y);
+  const glm::dvec4 &by_u = h[1][0], &by_v = h[0][1], &by_uu = h[2][0], &by_uv = h[1][1], &by_vv = h[0][2];
   // Quotient rule (Piegl, Tiller 1997, eq. 4.20).
   const double w = h[0][0].w;
   PatchPoint p;
@@ -147,6 +144,50 @@ PatchPoint evaluate(const BezierPiece& piece, double u, double v) {
   p.uv = (glm::dvec3(by_uv) - by_u.w * p.v - by_v.w * p.u - by_uv.w * p.position) / w;
   p.vv = (glm::dvec3(by_vv) - 2 * by_v.w * p.v - by_vv.w * p.position) / w;
   return p;
+}
+
+PatchPoint evaluate(const BezierPiece& piece, double u, double v) {
+  const glm::dvec2 extent = piece.upper - piece.lower;
+  PatchPoint p = evaluate_unit(piece, (u - piece.lower.x) / extent.x, (v - piece.lower.y) / extent.y);
+  p.u /= extent.x;
+  p.v /= extent.y;
+  p.uu /= extent.x * extent.x;
+  p.uv /= extent.x * extent.y;
+  p.vv /= extent.y * extent.y;
+  return p;
+}
+
+BezierPiece elevated(const BezierPiece& piece, int degree_u, int degree_v) {
+  BezierPiece result = piece;
+  // P'_i = i/(n+1) P_{i-1} + (1 - i/(n+1)) P_i (Farin 2002, §6.1); ends stay to the bit.
+  while (result.degree[0] < degree_u) {
+    const int n = result.degree[0];
+    std::vector<glm::dvec4> points;
+    for (int j = 0; j <= result.degree[1]; j++) {
+      const glm::dvec4* row = &result.points[std::size_t(j) * std::size_t(n + 1)];
+      for (int i = 0; i <= n + 1; i++) {
+        const double part = double(i) / (n + 1);
+        points.push_back(i == 0 ? row[0] : i == n + 1 ? row[n] : part * row[i - 1] + (1 - part) * row[i]);
+      }
+    }
+    result.points = std::move(points);
+    result.degree[0]++;
+  }
+  const auto columns = std::size_t(result.degree[0]) + 1;
+  while (result.degree[1] < degree_v) {
+    const int n = result.degree[1];
+    std::vector<glm::dvec4> points;
+    for (int j = 0; j <= n + 1; j++) {
+      const double part = double(j) / (n + 1);
+      for (std::size_t i = 0; i < columns; i++) {
+        const auto row = [&](int r) { return result.points[std::size_t(r) * columns + i]; };
+        points.push_back(j == 0 ? row(0) : j == n + 1 ? row(n) : part * row(j - 1) + (1 - part) * row(j));
+      }
+    }
+    result.points = std::move(points);
+    result.degree[1]++;
+  }
+  return result;
 }
 
 }  // namespace smurf

@@ -28,7 +28,13 @@ struct PatchPoint {
   glm::dvec3 position{0.0}, u{0.0}, v{0.0}, uu{0.0}, uv{0.0}, vv{0.0};
 };
 
+// Over [0, 1]² instead of [lower, upper], also with regard to the derivatives.
+PatchPoint evaluate_unit(const BezierPiece& piece, double u, double v);
+
 // At u, v, which may lie outside of the piece. Not finite where the weight vanishes.
 PatchPoint evaluate(const BezierPiece& piece, double u, double v);
+
+// The same surface with the given degrees, which are not below its own.
+BezierPiece elevated(const BezierPiece& piece, int degree_u, int degree_v);
 
 }  // namespace smurf

@@ -16,6 +16,10 @@ struct ParameterBox {
   glm::dvec2 lower{0.0}, upper{1.0};
 };
 
+struct SpaceBox {
+  glm::dvec3 lower{0.0}, upper{0.0};
+};
+
 // What holds everywhere in a box of parameters, component by component. In real arithmetic, rounded outwards.
 struct PieceBounds {
   glm::dvec3 lower{0.0}, upper{0.0};     // of the position
@@ -35,6 +39,13 @@ class PieceSource {
   // Nothing where the piece is undefined somewhere in the box, or where no bound is known. May be called by threads at
   // once.
   virtual std::optional<PieceBounds> bounds(std::size_t piece, const ParameterBox& box) const = 0;
+  // Bounds of the position alone, also where nothing is known of the derivatives (a crease, a square root at 0), and
+  // where it is undefined in a part of the box. Lower exceeds upper where it is undefined throughout.
+  virtual std::optional<SpaceBox> positions(std::size_t piece, const ParameterBox& box) const {
+    const std::optional<PieceBounds> known = bounds(piece, box);
+    if (!known) return std::nullopt;
+    return SpaceBox{known->lower, known->upper};
+  }
 };
 
 }  // namespace smurf

@@ -43,7 +43,13 @@ struct PatchTopology {
   std::size_t edges = 0;       // that two sides share
   std::size_t open_sides = 0;  // where the surface ends
   std::size_t vertices = 0;
-  double greatest_gap = 0;  // between sides that are taken for one edge
+  std::size_t branching_sides = 0;  // of the open ones: three or more lie at one place, and none are taken for one edge
+  double greatest_gap = 0;          // between sides that are taken for one edge
 };
+
+// Sides that agree within 1e-6 of `extent`, the greatest side of the bounds of all, at 9 places are one edge; a side
+// that stays within 1e-7 of it is collapsed. `closed` tells of a surface of one piece that its two sides of least and
+// greatest u, or v, are one edge, however far they are apart.
+PatchTopology join_pieces(const PieceSource& source, double extent, std::array<bool, 2> closed = {});
 
 }  // namespace smurf
