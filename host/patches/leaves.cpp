@@ -153,8 +153,8 @@ class Splitter {
   }
 
   Outcome finished(const Box& box, PatchLeaf& leaf) const {
-    // On the straight way from the centre to x, y the surface leaves the plane by no more than e.
-    const glm::dvec3 reach = (glm::abs(leaf.a) + glm::abs(leaf.b) + leaf.e) * (1 + 1e-12) + 1e-15 * glm::abs(leaf.m);
+    const glm::dvec3 bend = leaf.e / (2 * leaf_reach);
+    const glm::dvec3 reach = (glm::abs(leaf.a) + glm::abs(leaf.b) + bend) * (1 + 1e-12) + 1e-15 * glm::abs(leaf.m);
     leaf.lower = leaf.m - reach;
     leaf.upper = leaf.m + reach;
     if (const std::optional<SpaceBox> space = source_.positions(box.piece, box.box)) {

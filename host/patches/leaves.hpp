@@ -3,6 +3,7 @@
 //
 // Scaled to [-1, 1]², a leaf is a centre m, tangents a and b, and a remainder e:
 //   |s_x(x, y) - a| + |s_y(x, y) - b| <= e, component by component, for |x|, |y| <= leaf_reach
+// where e is made of bounds of second derivatives, so that the leaf itself leaves its plane by e/(2·leaf_reach) at most
 // (Krawczyk 1969; Toth 1985; Srijuntongsiri, Vavasis 2006, reduced to one constant for each leaf).
 #pragma once
 

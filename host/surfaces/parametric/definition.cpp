@@ -200,8 +200,8 @@ ParametricSurface::ParametricSurface(ParametricExpressions given)
     : SurfaceDefinition(SurfaceKind::parametric), expressions(std::move(given)) {
   require_ranges(expressions);
   require_defined(expressions, position_of(expressions));
-  pieces_ = std::make_shared<const ExpressionSource>(expressions.position, expressions.lower, expressions.upper,
-                                                     expressions.parameters);
+  pieces_ = std::make_shared<const ExpressionSource>(
+      expressions.position, ParameterBox{expressions.lower, expressions.upper}, expressions.parameters);
   try {
     bounds_ = bounds_of(*pieces_);
     require_area(*pieces_, 0, pieces_->size(), extent_of(bounds_), "the surface");

@@ -1,0 +1,273 @@
+#include "reference/parametric/search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace smurf {
+namespace {
+
+using glm::dmat2;
+using glm::dvec2;
+using glm::dvec3;
+
+constexpr int deepest = 8;        // halvings of cells that the surface may run along the line in
+constexpr double inside = 1e-12;  // of the range, by which a root may lie outside
+constexpr double grazing = 1e-8;  // sine of the angle, below which the line may run within the surface
+
+bool is_finite(const dvec3& p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
+bool is_finite(const dvec2& p) { return std::isfinite(p.x) && std::isfinite(p.y); }
+double turn(const dvec2& a, const dvec2& b) { return a.x * b.y - a.y * b.x; }
+
+// x with x.x·a + x.y·b = f; of least length, where a and b are parallel to rounding.
+dvec2 solve(const dvec2& a, const dvec2& b, const dvec2& f) {
+  const double determinant = turn(a, b), aa = glm::dot(a, a), bb = glm::dot(b, b);
+  if (std::abs(determinant) > 1e-14 * std::sqrt(aa * bb)) return {turn(f, b) / determinant, turn(a, f) / determinant};
+  const double all = aa + bb;
+  if (!(all > 0)) return dvec2(0.0);
+  return {glm::dot(a, f) / all, glm::dot(b, f) / all};
+}
+
+// Coordinates of the part of p along the surface.
+dvec2 tangent_coordinates(const ReferenceJet& jet, const dvec3& p) {
+  const double uu = glm::dot(jet.u, jet.u), uv = glm::dot(jet.u, jet.v), vv = glm::dot(jet.v, jet.v);
+  return solve({uu, uv}, {uv, vv}, {glm::dot(jet.u, p), glm::dot(jet.v, p)});
+}
+
+}  // namespace
+
+LineSearch::LineSearch(const std::vector<std::unique_ptr<ReferenceFacet>>& facets, const ReferenceBorders& borders,
+                       double extent, const dvec3& origin, const dvec3& direction, double low, double high,
+                       double rounding)
+    : facets_(facets),
+      borders_(borders),
+      extent_(extent),
+      origin_(origin),
+      direction_(direction),
+      low_(low),
+      high_(high),
+      tolerance_(1e-13 * extent + rounding) {
+  const dvec3 axis = std::abs(direction.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
+  e1_ = glm::normalize(glm::cross(direction, axis));
+  e2_ = glm::cross(direction, e1_);
+}
+
+// Whether the line surely passes by the cell, as far as its bounds are to be believed.
+bool LineSearch::passes(const ReferenceCell& cell) const {
+  const dvec3 to_centre = cell.centre - origin_;
+  const double middle = glm::dot(to_centre, direction_);
+  const dvec2 aside = across(to_centre);
+  const double square = cell.radius * cell.radius - glm::dot(aside, aside);
+  if (square < 0) return true;
+  const double half = std::sqrt(square);
+  if (middle + half < low_ || middle - half > high_) return true;
+  if (cell.normal == dvec3(0.0)) return false;
+  const double height = glm::dot(cell.normal, middle * direction_ - to_centre);
+  const double rise = half * std::abs(glm::dot(cell.normal, direction_));
+  return std::abs(height) - rise > cell.thickness;
+}
+
+bool LineSearch::within_stretch(const ReferenceCell& cell) const {
+  const double middle = glm::dot(cell.centre - origin_, direction_);
+  return std::ranges::any_of(roots_, [&](const LineRoot& r) {
+    return r.facet == cell.facet && r.high - r.low > cell.radius && r.low - cell.radius <= middle &&
+           middle <= r.high + cell.radius;
+  });
+}
+
+bool LineSearch::in_domain(std::uint32_t facet, const dvec2& at, const ReferenceJet& jet) const {
+  const ReferenceFacet& f = *facets_[facet];
+  const dvec2 range = f.range();
+  for (int axis = 0; axis < 2; axis++) {
+    const double outside = std::max(f.lower[axis] - at[axis], at[axis] - f.upper[axis]);
+    if (outside <= inside * range[axis]) continue;
+    const int side = 2 * axis + (at[axis] > f.upper[axis] ? 1 : 0);
+    const double distance = outside * glm::length(axis == 0 ? jet.u : jet.v);
+    if (!(distance <= 2 * borders_.side(facet, side).gap)) return false;
+  }
+  return true;
+}
+
+void LineSearch::take(std::uint32_t facet, const dvec2& at, const ReferenceJet& jet) {
+  if (!in_domain(facet, at, jet)) return;
+  const dvec3 normal = glm::cross(jet.u, jet.v);
+  const double length = glm::length(normal);
+  const double t = glm::dot(jet.s - origin_, direction_),
+               slope = length > 0 ? glm::dot(normal, direction_) / length : 0;
+  if (length > 1e-9 * glm::length(jet.u) * glm::length(jet.v) && std::abs(slope) < grazing &&
+      take_stretch(facet, at, t))
+    return;
+  roots_.push_back({facet, at.x, at.y, t, t, t, jet.s, slope});
+}
+
+// Newton's iteration; steps are cut to the cell's size.
+LineSearch::Outcome LineSearch::iterate(std::uint32_t facet, const Start& start) {
+  const ReferenceFacet& f = *facets_[facet];
+  dvec2 at = start.at;
+  for (int step = 0; step < 60; step++) {
+    ReferenceJet jet = f.at(at.x, at.y, 1);
+    if (!is_finite(jet.s) || !is_finite(jet.u) || !is_finite(jet.v)) return Outcome::none;
+    const dvec2 off = across(jet.s - origin_);
+    dvec2 move = -solve(across(jet.u), across(jet.v), off);
+    if (!is_finite(move)) return Outcome::none;
+    const double most = std::max(std::abs(move.x) / start.size.x, std::abs(move.y) / start.size.y);
+    if (glm::length(off) <= tolerance_) {
+      // One more step, if it does what it should.
+      if (most < 1e-3) {
+        const dvec2 better = at + move;
+        const ReferenceJet again = f.at(better.x, better.y, 1);
+        if (glm::length(across(again.s - origin_)) <= glm::length(off)) at = better, jet = again;
+      }
+      take(facet, at, jet);
+      return Outcome::root;
+    }
+    if (most > 1) move /= most;
+    at += move;
+    const dvec2 away = glm::abs(at - start.at) / start.size;
+    if (away.x > 3 || away.y > 3) return Outcome::left;
+  }
+  return Outcome::none;
+}
+
+void LineSearch::look_into(const ReferenceCell& cell, bool flat) {
+  // A flat facet that the line runs along is not hit by it.
+  if (flat && std::abs(glm::dot(cell.normal, direction_)) < 1e-12) return;
+  look(cell, 0);
+}
+
+void LineSearch::look(const ReferenceCell& cell, int depth) {
+  if (cell.defined == 0 || passes(cell)) return;
+  const dvec2 size = cell.upper - cell.lower;
+  const bool crossed =
+      cell.spread < 1 && std::abs(glm::dot(cell.normal, direction_)) > std::sin(std::min(cell.spread, 1.5)) + 1e-3;
+  if (crossed) {
+    const ReferenceJet jet = facets_[cell.facet]->at(cell.middle().x, cell.middle().y, 1);
+    const dvec2 move = -solve(across(jet.u), across(jet.v), across(jet.s - origin_));
+    // So far away there is another cell to find it from.
+    if (std::abs(move.x) > 1.5 * size.x || std::abs(move.y) > 1.5 * size.y) return;
+    if (iterate(cell.facet, {cell.middle(), size}) == Outcome::root) return;
+  }
+  if (depth < (crossed ? 2 : deepest)) {
+    if (!crossed && within_stretch(cell)) return;
+    const dvec2 middle = cell.middle();
+    const ReferenceFacet& facet = *facets_[cell.facet];
+    for (const bool up : {false, true}) {
+      for (const bool right : {false, true}) {
+        look(reference_cell(facet, cell.facet, {right ? middle.x : cell.lower.x, up ? middle.y : cell.lower.y},
+                            {right ? cell.upper.x : middle.x, up ? cell.upper.y : middle.y}),
+             depth + 1);
+      }
+    }
+    return;
+  }
+  if (!crossed) look_along(cell);
+}
+
+// A small cell that the line runs along: finds the fold next to it, where the normal is at right angles to the line and
+// the surface right above or below it. The distance there tells of none, two, or an undecided number of roots.
+void LineSearch::look_along(const ReferenceCell& cell) {
+  if (within_stretch(cell)) return;
+  const ReferenceFacet& f = *facets_[cell.facet];
+  const dvec2 size = cell.upper - cell.lower;
+  dvec2 at = cell.middle();
+  bool found = false;
+  for (int step = 0; step < 20 && !found; step++) {
+    const ReferenceJet p = f.at(at.x, at.y, 2);
+    const dvec3 normal = glm::cross(p.u, p.v), away = p.s - origin_, beside = glm::cross(direction_, normal);
+    const dvec3 normal_u = glm::cross(p.uu, p.v) + glm::cross(p.u, p.uv);
+    const dvec3 normal_v = glm::cross(p.uv, p.v) + glm::cross(p.u, p.vv);
+    const dvec2 off(glm::dot(normal, direction_), glm::dot(away, beside));
+    const dvec2 by_u(glm::dot(normal_u, direction_),
+                     glm::dot(p.u, beside) + glm::dot(away, glm::cross(direction_, normal_u)));
+    const dvec2 by_v(glm::dot(normal_v, direction_),
+                     glm::dot(p.v, beside) + glm::dot(away, glm::cross(direction_, normal_v)));
+    const dvec2 move = -solve(by_u, by_v, off);
+    if (!is_finite(move)) break;
+    const dvec2 relative = glm::abs(move) / size;
+    const double most = std::max(relative.x, relative.y);
+    found = most < 1e-9;
+    at += most > 1 ? move / most : move;
+    const dvec2 gone = glm::abs(at - cell.middle()) / size;
+    if (gone.x > 2 || gone.y > 2) break;
+  }
+  if (found) {
+    const ReferenceJet p = f.at(at.x, at.y, 2);
+    const dvec3 normal = glm::normalize(glm::cross(p.u, p.v));
+    const double distance = glm::dot(p.s - origin_, normal), t = glm::dot(p.s - origin_, direction_);
+    const dvec2 along = tangent_coordinates(p, direction_);
+    const double bend =
+        glm::dot(p.uu * along.x * along.x + 2.0 * p.uv * along.x * along.y + p.vv * along.y * along.y, normal);
+    if (std::abs(distance) <= tolerance_ && in_domain(cell.facet, at, p)) {
+      if (take_stretch(cell.facet, at, t)) return;
+      const double reach = std::min(std::sqrt(2 * tolerance_ / std::abs(bend)), 1e-3 * extent_);
+      roots_.push_back({cell.facet, at.x, at.y, t, t - reach, t + reach, p.s, 0});
+    } else if (distance * bend < 0) {
+      const double step = std::sqrt(-2 * distance / bend);
+      const dvec2 moved = step * along;
+      // Newton's iteration from either side of a fold leads to the root on that side.
+      if (std::abs(moved.x) < 3 * size.x && std::abs(moved.y) < 3 * size.y) {
+        const dvec2 near = glm::max(2.0 * glm::abs(moved), 1e-6 * size);
+        iterate(cell.facet, {at + 1.2 * moved, near});
+        iterate(cell.facet, {at - 1.2 * moved, near});
+      }
+    }
+  }
+  for (const dvec2& start :
+       {cell.middle(), cell.lower, cell.upper, dvec2(cell.lower.x, cell.upper.y), dvec2(cell.upper.x, cell.lower.y)})
+    iterate(cell.facet, {start, size});
+}
+
+// The parameters next to `from` of the point of the surface next to the line's point at t, if that is on the surface.
+std::optional<dvec2> LineSearch::project(std::uint32_t facet, const dvec2& from, double t) const {
+  const ReferenceFacet& f = *facets_[facet];
+  const dvec3 target = origin_ + t * direction_;
+  dvec2 at = from;
+  for (int step = 0; step < 20; step++) {
+    const ReferenceJet p = f.at(at.x, at.y, 1);
+    if (!is_finite(p.s)) return std::nullopt;
+    if (glm::distance(p.s, target) <= 4 * tolerance_) {
+      if (!in_domain(facet, at, p)) return std::nullopt;
+      return at;
+    }
+    const dvec2 move = tangent_coordinates(p, target - p.s);
+    if (!is_finite(move)) return std::nullopt;
+    at += move;
+  }
+  return std::nullopt;
+}
+
+// How far from t the line stays within the surface.
+double LineSearch::follow(std::uint32_t facet, dvec2 at, double t, double step) const {
+  double end = t;
+  while (std::abs(step) > 1e-12 * extent_) {
+    const auto next = project(facet, at, end + step);
+    if (next && end + step >= low_ - extent_ && end + step <= high_ + extent_) {
+      at = *next;
+      end += step;
+    } else {
+      step *= 0.5;
+    }
+  }
+  return end;
+}
+
+bool LineSearch::take_stretch(std::uint32_t facet, const dvec2& at, double t) {
+  // Between these there is the contact of a higher order, whose enclosure is short.
+  constexpr double shortest = 1e-2;
+  const double first = 1e-4 * extent_;
+  if (!project(facet, at, t - first) && !project(facet, at, t + first)) return false;
+  const double step = extent_ / 64;
+  const double begin = follow(facet, at, t, -step), end = follow(facet, at, t, step);
+  if (end - begin < shortest * extent_) return false;
+  for (LineRoot& root : roots_) {
+    if (root.facet == facet && root.high - root.low >= shortest * extent_ && root.low <= t && t <= root.high)
+      return true;
+  }
+  roots_.push_back({facet, at.x, at.y, 0.5 * (begin + end), begin, end, origin_ + 0.5 * (begin + end) * direction_, 0});
+  const auto middle = project(facet, at, 0.5 * (begin + end));
+  if (middle) roots_.back().u = middle->x, roots_.back().v = middle->y;
+  return true;
+}
+
+}  // namespace smurf
