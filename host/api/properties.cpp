@@ -30,6 +30,7 @@ PropertyMeasurement::PropertyMeasurement(Executor& executor, const ResidentSurfa
   second_ = program("1");
   nearest_ = surface.program(KernelId::find_nearest);
   nearest_.defines["COORDINATES"] = "1";
+  nearest_.defines["CURVATURE"] = "0";
 }
 
 void PropertyMeasurement::measure(ResidentSurface& surface, const PointSet& points, std::uint32_t wanted,

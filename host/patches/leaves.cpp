@@ -17,6 +17,9 @@ constexpr double thinnest_leaf = 1e-8;  // of the extent: of no size to work wit
 // Leaves that are undefined somewhere may lie along curves: they end at this part of the extent, and of the range,
 // because a square root at 0 is steeper than any number of them.
 constexpr double smallest_undefined_leaf = 1e-4, smallest_undefined_part = 1.0 / 2048;
+constexpr double smallest_wide_part = 1.0 / 64;
+// Of the range, but for graded leaves: where a surface is that steep, whole areas would end in ever smaller leaves.
+constexpr double smallest_area = 0x1p-20;
 
 bool is_finite(const glm::dvec3& v) { return std::isfinite(v.x + v.y + v.z); }
 
@@ -91,13 +94,24 @@ class Splitter {
     leaf.error = bounds->error;
 
     const double shorter = std::min(length_a, length_b);
-    const bool wide = std::max(length_a, length_b) > widest_leaf * extent_;
-    if (!wide && glm::length(leaf.e) <= limit(box) * shorter) return finished(box, leaf);
+    if (!too_wide(box, leaf) && glm::length(leaf.e) <= limit(box) * shorter) return finished(box, leaf);
     outcome.split = best_direction(box, *bounds, leaf);
     const double length = outcome.split == 0 ? length_a : length_b, off = glm::length(leaf.e);
     const bool small = length_a + length_b + off < smallest_leaf * extent_ || length + off < thinnest_leaf * extent_;
-    if (box.depth >= deepest || small) return finished(box, leaf);
+    const ParameterBox range = source_.range(box.piece);
+    const glm::dvec2 parts = 2.0 * leaf.half / (range.upper - range.lower);
+    const bool tiny = limit(box) == largest_remainder && parts.x * parts.y < smallest_area;
+    if (box.depth >= deepest || small || tiny) return finished(box, leaf);
     return outcome;
+  }
+
+  // Boxes of wide leaves exclude little. But where a surface goes to infinity, no number of leaves is enough.
+  bool too_wide(const Box& box, const PatchLeaf& leaf) const {
+    const ParameterBox range = source_.range(box.piece);
+    const double length_a = glm::length(leaf.a), length_b = glm::length(leaf.b);
+    const int d = length_a > length_b ? 0 : 1;
+    const double part = (box.box.upper[d] - box.box.lower[d]) / (range.upper[d] - range.lower[d]);
+    return std::max(length_a, length_b) > widest_leaf * extent_ && part > smallest_wide_part;
   }
 
   // How long e may be, relative to |a| and |b|.
@@ -116,7 +130,7 @@ class Splitter {
   // The one whose halving leaves the least remainder beside the shorter tangent, as far as is known beforehand.
   int best_direction(const Box& box, const PieceBounds& bounds, const PatchLeaf& leaf) const {
     const double length_a = glm::length(leaf.a), length_b = glm::length(leaf.b);
-    if (std::max(length_a, length_b) > widest_leaf * extent_) return length_a > length_b ? 0 : 1;
+    if (too_wide(box, leaf)) return length_a > length_b ? 0 : 1;
     const double in_u =
         glm::length(remainder(bounds, {0.5 * leaf.half.x, leaf.half.y})) / std::min(0.5 * length_a, length_b);
     const double in_v =
@@ -219,7 +233,9 @@ class Splitter {
         leaf.upper = glm::max(leaf.upper, space->upper);
       }
     }
-    if (const std::optional<PieceBounds> bounds = source_.bounds(box.piece, box.box)) leaf.error = bounds->error;
+    const std::optional<PieceBounds> bounds = source_.bounds(box.piece, box.box);
+    // Where no bound is known, as of a square root at the pole, a part of the cap's size takes its place.
+    leaf.error = bounds ? bounds->error : glm::dvec3(0.25 * cap_size * extent_);
   }
 
   const PieceSource& source_;

@@ -39,7 +39,7 @@ struct Pole {
 
 struct PatchTopology {
   std::vector<PieceBorders> pieces;
-  std::vector<Pole> poles;
+  std::vector<Pole> poles;     // in the order of their vertices
   std::size_t edges = 0;       // that two sides share
   std::size_t open_sides = 0;  // where the surface ends
   std::size_t vertices = 0;
