@@ -93,11 +93,30 @@ PlaceRules rules_of(const ParametricScene& scene) {
                 return distance_on(scene, {a.u, a.v}, {b.u, b.v});
               },
           .slope = [scene](const SurfaceCoordinates& at,
-                           const glm::dvec3& direction) { return slope_of(scene.at(at.u, at.v), direction); }};
+                           const glm::dvec3& direction) { return slope_of(scene.at(at.u, at.v), direction); },
+          .to_end =
+              [scene](const SurfaceCoordinates& at) {
+                const PatchPoint p = scene.at(at.u, at.v);
+                double least = HUGE_VAL;
+                for (int axis = 0; axis < 2; axis++) {
+                  if (scene.closed[std::size_t(axis)] || !scene.poles.empty()) continue;
+                  const double x = axis == 0 ? at.u : at.v;
+                  least = std::min(least, std::min(x - scene.lower[axis], scene.upper[axis] - x) *
+                                              glm::length(axis == 0 ? p.u : p.v));
+                }
+                return least;
+              }};
 }
 
 PlaceRules rules_of(const std::vector<Patch>& patches) {
-  return {.extent = extent_of(patches),
+  const double extent = extent_of(patches);
+  // Sides that no other meets.
+  std::vector<std::array<bool, 4>> ends(patches.size(), {true, true, true, true});
+  for (const Side& side : collapsed_sides(patches, 1e-6 * extent)) ends[side.patch][std::size_t(side.side)] = false;
+  for (const SharedEdge& edge : shared_edges(patches, 1e-6 * extent)) {
+    for (const Side& side : {edge.a, edge.b}) ends[side.patch][std::size_t(side.side)] = false;
+  }
+  return {.extent = extent,
           .distance =
               [patches](const SurfaceCoordinates& a, const SurfaceCoordinates& b) {
                 const PatchPoint hit = point_of(patches[a.part], a.u, a.v), truth = point_of(patches[b.part], b.u, b.v);
@@ -115,6 +134,19 @@ PlaceRules rules_of(const std::vector<Patch>& patches) {
           .slope =
               [patches](const SurfaceCoordinates& at, const glm::dvec3& direction) {
                 return slope_of(point_of(patches[at.part], at.u, at.v), direction);
+              },
+          .to_end =
+              [patches, ends](const SurfaceCoordinates& at) {
+                const Patch& patch = patches[at.part];
+                const PatchPoint p = point_of(patch, at.u, at.v);
+                double least = HUGE_VAL;
+                for (int side = 0; side < 4; side++) {
+                  if (!ends[at.part][std::size_t(side)]) continue;
+                  const double x = side < 2 ? at.u : at.v;
+                  const double away = side % 2 == 0 ? x - patch.lower(side / 2) : patch.upper(side / 2) - x;
+                  least = std::min(least, away * glm::length(side < 2 ? p.u : p.v));
+                }
+                return least;
               }};
 }
 
@@ -125,21 +157,27 @@ std::shared_ptr<const Oracle> oracle_by_list(const HitList& truth, const PlaceRu
     Hit widened = hit;
     widened.uncertainty += truth.uncertainty()[root.row];
     const SurfaceCoordinates& exact = truth.coordinates()[root.row];
-    return rules.match(ray, widened, root.t, places.slope(exact, glm::dvec3(ray.direction)),
-                       places.distance(hit.place, exact));
+    const double slope = places.slope(exact, glm::dvec3(ray.direction));
+    double apart = places.distance(hit.place, exact);
+    // Where the surface passes through itself, hits with one t come in any order.
+    const std::size_t index = truth.rays()[root.row];
+    for (std::size_t i = truth.offsets()[index]; i < truth.offsets()[index + 1]; i++) {
+      if (std::abs(double(truth.t()[i]) - root.t) <= widened.uncertainty + rules.rounding(root.t))
+        apart = std::min(apart, places.distance(hit.place, truth.coordinates()[i]));
+    }
+    return rules.match(ray, widened, root.t, slope, apart);
   };
-  // Within rounding of an end of the range of t a hit may be there or not.
-  const auto off = [=](const Ray& ray, double t) {
-    return 4 * rules.rounding(t) + 2e-6 * places.extent / glm::length(glm::dvec3(ray.direction));
+  // Within rounding of an end of the range of t, or of where the surface ends, a hit may be there or not.
+  const auto at_end = [=](const Ray& ray, double t, const SurfaceCoordinates& place) {
+    const glm::dvec3 direction(ray.direction);
+    const double near = 2e-6 * places.extent, margin = 4 * rules.rounding(t) + near / glm::length(direction);
+    return t < ray.t_min + margin || t > ray.t_max - margin ||
+           places.to_end(place) < near / std::max(1e-3, places.slope(place, direction));
   };
   judged.certain = [=](const Ray& ray, std::span<const Root> roots, std::size_t k) {
-    const double t = roots[k].t, margin = off(ray, t);
-    return t > ray.t_min + margin && t < ray.t_max - margin;
+    return !at_end(ray, roots[k].t, truth.coordinates()[roots[k].row]);
   };
-  judged.excused = [=](const Ray& ray, double t) {
-    const double margin = off(ray, t);
-    return t < ray.t_min + margin || t > ray.t_max - margin;
-  };
+  judged.excused = [=](const Ray& ray, const Hit& hit) { return at_end(ray, hit.t, hit.place); };
   judged.unit = "of the extent";
   return std::make_shared<HitListOracle>(truth, judged);
 }

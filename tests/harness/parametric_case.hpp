@@ -55,6 +55,8 @@ struct PlaceRules {
   double extent = 1;
   std::function<double(const SurfaceCoordinates& hit, const SurfaceCoordinates& truth)> distance;
   std::function<double(const SurfaceCoordinates& place, const glm::dvec3& direction)> slope;
+  // How far it is to where the surface ends.
+  std::function<double(const SurfaceCoordinates& place)> to_end;
 };
 PlaceRules rules_of(const ParametricScene& scene);
 // Of patches: at sides, where one place has several names, places are compared in space.

@@ -104,6 +104,9 @@ inline constexpr std::array tolerance_table{
               "t is a float, and the sum of two, as for implicit surfaces; beside the stated uncertainty"},
     Tolerance{Quantity::place, "parametric", Precision::float32, 1e-6,
               "the promise of the library: of t across the surface, and of the place on it"},
+    Tolerance{
+        Quantity::place, "parametric, nearest", Precision::float32, 2e-6,
+        "distances, of which the least is flat: four roundings of coordinates of the size of the extent and more"},
     Tolerance{Quantity::flagged_rays, "parametric", Precision::float32, 1e-4, "the promise of the library"},
     Tolerance{Quantity::normal, "parametric", Precision::float32, 1e-5,
               "first derivatives of a few dozen float operations"},
