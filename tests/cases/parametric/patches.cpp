@@ -339,11 +339,6 @@ TEST(PatchHits, LinesCrossTheLettersEvenly) {
   expect_even("letters", load_patches(shared_data("patches/gismo/g_plus_s_surf.json")), closed_lines());
 }
 
-TEST(PatchHits, LinesCrossLinksEvenly) {
-  if (!has_shared_data("patches/linkA.bez")) GTEST_SKIP();
-  expect_even("link", load_patches(shared_data("patches/linkA.bez")), closed_lines() / 2);
-}
-
 TEST(PatchHits, SharedModels) {
   if (!has_shared_data("patches/teapot.bpt")) GTEST_SKIP();
   for (const std::string file :
