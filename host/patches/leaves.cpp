@@ -203,13 +203,27 @@ class Splitter {
       const glm::dvec3 a = opposite(0) - leaf.m, b = opposite(1) - leaf.m, middle = opposite(0.5) - leaf.m;
       const double size = std::max({glm::length(a), glm::length(b), glm::length(middle)});
       if (!std::isfinite(size)) return undefined(box, leaf);
-      if (size > cap_size * extent_ && box.depth < deepest) return Outcome{d, leaf};
+      if (size > widest_cap * extent_ && box.depth < deepest) return Outcome{d, leaf};
       const double off = glm::length(middle - 0.5 * (a + b));
       if (off > 0.02 * size && box.depth < deepest + 12) return Outcome{along, leaf};
+      // How far the surface leaves the triangle's plane half way out.
+      const glm::dvec3 normal = glm::cross(a, b);
+      const glm::dvec2 place = half_way(end, d, box);
+      const glm::dvec3 inner = source_.at(box.piece, place.x, place.y).position - leaf.m;
+      const double bend = std::abs(glm::dot(inner, normal)) / glm::length(normal);
+      const bool flat = size < cap_size * extent_ || bend < flat_cap * extent_;
+      if (!flat && box.depth < deepest) return Outcome{d, leaf};
       finish_cap(box, leaf, a, b);
       return Outcome{-1, leaf};
     }
     return std::nullopt;
+  }
+
+  // Between a place at a collapsed side and the opposite border of the box.
+  static glm::dvec2 half_way(const glm::dvec2& end, int d, const Box& box) {
+    glm::dvec2 place = end;
+    place[d] = 0.5 * (box.box.lower[d] + box.box.upper[d]);
+    return place;
   }
 
   glm::dvec3 pole_of(const PieceBorders& borders, int side, const glm::dvec2& place, std::uint32_t piece) const {
@@ -228,7 +242,7 @@ class Splitter {
     if (const std::optional<SpaceBox> space = source_.positions(box.piece, box.box)) {
       // Bounds that are wild for so small a leaf say nothing.
       const glm::dvec3 size = space->upper - space->lower;
-      if (std::max({size.x, size.y, size.z}) < 100 * cap_size * extent_) {
+      if (std::max({size.x, size.y, size.z}) < 100 * widest_cap * extent_) {
         leaf.lower = glm::min(leaf.lower, space->lower);
         leaf.upper = glm::max(leaf.upper, space->upper);
       }
