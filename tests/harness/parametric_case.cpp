@@ -245,8 +245,9 @@ std::string json_of(const std::vector<Patch>& patches) {
     std::string points;
     for (const glm::dvec4& x : p.points)
       points += fmt::format("{}[{},{},{},{}]", points.empty() ? "" : ",", x.x, x.y, x.z, x.w);
-    text += fmt::format(R"({}{{"homogeneous":true,"degree":{},"size":{},"knots":[{},{}],"points":[{}]}})", text.empty() ? "" : ",\n",
-                        numbers(p.degree), numbers(p.size), numbers(p.knots[0]), numbers(p.knots[1]), points);
+    text += fmt::format(R"({}{{"homogeneous":true,"degree":{},"size":{},"knots":[{},{}],"points":[{}]}})",
+                        text.empty() ? "" : ",\n", numbers(p.degree), numbers(p.size), numbers(p.knots[0]),
+                        numbers(p.knots[1]), points);
   }
   return R"({"patches":[)" + text + "]}\n";
 }
