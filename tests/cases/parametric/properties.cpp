@@ -65,9 +65,9 @@ Places places_on(const ParametricScene& scene, std::size_t count, unsigned seed)
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(0, 1);
   Places places;
-  while (places.at.size() < count) {
+  for (int tried = 0; places.at.size() < count; tried++) {
     dvec2 part(uniform(random), uniform(random));
-    if (places.at.size() % 8 == 0) part[int(places.at.size() / 8) % 2] = (places.at.size() / 16) % 2 == 0 ? 0 : 1;
+    if (tried % 8 == 0) part[tried / 8 % 2] = tried / 16 % 2;
     const dvec2 at = scene.lower + (scene.upper - scene.lower) * part;
     const SurfaceCoordinates place{0, float(at.x), float(at.y)};
     const PatchPoint p = scene.at(place.u, place.v);
