@@ -60,8 +60,18 @@ std::vector<LineRoot> distinct(std::vector<LineRoot> roots, const std::vector<st
       }
       if (!other.is_single())
         return std::abs(root.t - other.t) <= near && glm::distance(root.place, other.place) <= near;
-      return std::abs(root.u - other.u) <= same_parameter * range.x &&
-             std::abs(root.v - other.v) <= same_parameter * range.y && glm::distance(root.place, other.place) <= near;
+      if (!(glm::distance(root.place, other.place) <= near + root.rounding + other.rounding)) return false;
+      // Next to a pole rounding leaves little of the coordinate around it, and places are all there is to compare.
+      const dvec2 rounding = root.parameter_rounding + other.parameter_rounding;
+      if (rounding.x > 1e-5 * range.x || rounding.y > 1e-5 * range.y) return root.slope * other.slope >= 0;
+      // Across a seam, too, where rounding may have moved one of them over it.
+      const dvec2 apart = glm::abs(dvec2(root.u - other.u, root.v - other.v));
+      for (int axis = 0; axis < 2; axis++) {
+        const double same = same_parameter * range[axis];
+        const bool moved = rounding[axis] > same && range[axis] - apart[axis] <= rounding[axis];
+        if (apart[axis] > same + rounding[axis] && !moved) return false;
+      }
+      return true;
     });
     if (!known) kept.push_back(root);
   }

@@ -47,7 +47,8 @@ LineSearch::LineSearch(const std::vector<std::unique_ptr<ReferenceFacet>>& facet
       direction_(direction),
       low_(low),
       high_(high),
-      tolerance_(1e-13 * extent + rounding) {
+      tolerance_(1e-13 * extent + rounding),
+      noise_(2e-15 * extent + rounding) {
   const dvec3 axis = std::abs(direction.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
   e1_ = glm::normalize(glm::cross(direction, axis));
   e2_ = glm::cross(direction, e1_);
@@ -98,7 +99,9 @@ void LineSearch::take(std::uint32_t facet, const dvec2& at, const ReferenceJet& 
   if (length > 1e-9 * glm::length(jet.u) * glm::length(jet.v) && std::abs(slope) < grazing &&
       take_stretch(facet, at, t))
     return;
-  roots_.push_back({facet, at.x, at.y, t, t, t, jet.s, slope});
+  const double reach = 16 * noise_ / std::max(std::abs(slope), 1e-7);
+  roots_.push_back(
+      {facet, at.x, at.y, t, t, t, jet.s, slope, reach, reach / dvec2(glm::length(jet.u), glm::length(jet.v))});
 }
 
 // Newton's iteration; steps are cut to the cell's size.
@@ -113,11 +116,17 @@ LineSearch::Outcome LineSearch::iterate(std::uint32_t facet, const Start& start)
     if (!is_finite(move)) return Outcome::none;
     const double most = std::max(std::abs(move.x) / start.size.x, std::abs(move.y) / start.size.y);
     if (glm::length(off) <= tolerance_) {
-      // One more step, if it does what it should.
-      if (most < 1e-3) {
+      // More steps, while they do what they should.
+      double least = glm::length(off);
+      for (int more = 0; more < 6 && most < 1e-2; more++) {
         const dvec2 better = at + move;
         const ReferenceJet again = f.at(better.x, better.y, 1);
-        if (glm::length(across(again.s - origin_)) <= glm::length(off)) at = better, jet = again;
+        const dvec2 still_off = across(again.s - origin_);
+        if (!(glm::length(still_off) < least)) break;
+        least = glm::length(still_off);
+        at = better;
+        jet = again;
+        move = -solve(across(jet.u), across(jet.v), still_off);
       }
       take(facet, at, jet);
       return Outcome::root;
@@ -201,7 +210,7 @@ void LineSearch::look_along(const ReferenceCell& cell) {
     if (std::abs(distance) <= tolerance_ && in_domain(cell.facet, at, p)) {
       if (take_stretch(cell.facet, at, t)) return;
       const double reach = std::min(std::sqrt(2 * tolerance_ / std::abs(bend)), 1e-3 * extent_);
-      roots_.push_back({cell.facet, at.x, at.y, t, t - reach, t + reach, p.s, 0});
+      roots_.push_back({cell.facet, at.x, at.y, t, t - reach, t + reach, p.s, 0, 0, {}});
     } else if (distance * bend < 0) {
       const double step = std::sqrt(-2 * distance / bend);
       const dvec2 moved = step * along;
@@ -264,7 +273,8 @@ bool LineSearch::take_stretch(std::uint32_t facet, const dvec2& at, double t) {
     if (root.facet == facet && root.high - root.low >= shortest * extent_ && root.low <= t && t <= root.high)
       return true;
   }
-  roots_.push_back({facet, at.x, at.y, 0.5 * (begin + end), begin, end, origin_ + 0.5 * (begin + end) * direction_, 0});
+  roots_.push_back(
+      {facet, at.x, at.y, 0.5 * (begin + end), begin, end, origin_ + 0.5 * (begin + end) * direction_, 0, 0, {}});
   const auto middle = project(facet, at, 0.5 * (begin + end));
   if (middle) roots_.back().u = middle->x, roots_.back().v = middle->y;
   return true;

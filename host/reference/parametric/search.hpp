@@ -19,6 +19,8 @@ struct LineRoot {
   double low = 0, high = 0;  // what the root stands for, in t; both t for a single one
   glm::dvec3 place{0.0};
   double slope = 0;
+  double rounding = 0;  // of the place
+  glm::dvec2 parameter_rounding{0.0};
   bool is_single() const { return low == high; }
 };
 
@@ -54,7 +56,7 @@ class LineSearch {
   const ReferenceBorders& borders_;
   double extent_;
   glm::dvec3 origin_, direction_, e1_, e2_;
-  double low_, high_, tolerance_;
+  double low_, high_, tolerance_, noise_;
   std::vector<LineRoot> roots_;
 };
 
