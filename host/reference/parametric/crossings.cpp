@@ -156,7 +156,8 @@ std::vector<ParametricCrossing> ReferenceCrossings::find(const dvec3& origin, co
   for (std::uint32_t i = 0; i < borders_.poles().size(); i++) {
     const ReferencePole& pole = borders_.poles()[i];
     const double t = glm::dot(pole.position - start, d), aside = glm::distance(pole.position, start + t * d);
-    const double reach = 1e-12 * extent_ + 8 * rounding + pole.radius;
+    // Farther than roots may lie outside of the range, where the surface goes on beyond the pole.
+    const double reach = 1e-11 * extent_ + 8 * rounding + pole.radius;
     if (aside > reach || t < near - reach || t > far + reach) continue;
     for (std::size_t k = 0; k < roots.size(); k++) {
       const bool there = glm::distance(roots[k].place, pole.position) <= 2 * reach + same_place * extent_;
