@@ -109,6 +109,25 @@ TEST(ParametricRoots, NearTangentsArePairsUntilRoundingHidesThem) {
   }
 }
 
+// Along the circle that a torus is highest on, a line leaves it by y⁴/32.
+TEST(ParametricRoots, ContactsOfTheFourthOrderAreOneHit) {
+  for (const Surface& surface : {torus(), nurbs({test::nurbs_torus(2, 1)})}) {
+    const Asked asked(surface);
+    const auto top = asked.line({2, -5, 1}, {0, 1, 0});
+    ASSERT_EQ(top.size(), 1u);
+    EXPECT_EQ(top[0].status, HitStatus::tangent);
+    EXPECT_NEAR(top[0].t, 5, top[0].uncertainty);
+    EXPECT_GT(top[0].uncertainty, 1e-3);
+    EXPECT_LT(top[0].uncertainty, 1e-2);
+    const auto below = asked.line({2, -5, 1 - 1e-6}, {0, 1, 0});
+    ASSERT_EQ(below.size(), 2u);
+    EXPECT_EQ(below[0].status, HitStatus::isolated);
+    EXPECT_NEAR(below[1].t - 5, std::pow(32e-6, 0.25), 1e-3);
+    EXPECT_EQ(asked.line({1.875, -5, 1}, {0, 1, 0}).size(), 2u);  // touches it twice
+    EXPECT_EQ(asked.line({2, -5, 1 + 1e-6}, {0, 1, 0}).size(), 0u);
+  }
+}
+
 TEST(ParametricRoots, CountsSeamsOnce) {
   Random random(5);
   for (const Surface& surface :
