@@ -136,11 +136,12 @@ TEST(ParametricHits, PolesAndSeamsAreTheSurface) {
       for (std::size_t i = 0; i < family.rays.size(); i++) {
         const Ray ray = family.rays[i];
         const ParametricRoots on = exact.on(ray);
-        const bool clear = !on.doubtful && std::ranges::all_of(on.at, [&](const ParametricRoot& root) {
-          const PatchPoint p = scene.at(root.place.x, root.place.y);
-          const glm::dvec3 normal = glm::cross(p.u, p.v), d(ray.direction);
-          return root.certain && std::abs(glm::dot(normal, d)) > 0.1 * glm::length(normal) * glm::length(d);
-        });
+        const bool clear =
+            !on.doubtful && !on.at.empty() && std::ranges::all_of(on.at, [&](const ParametricRoot& root) {
+              const PatchPoint p = scene.at(root.place.x, root.place.y);
+              const glm::dvec3 normal = glm::cross(p.u, p.v), d(ray.direction);
+              return root.certain && std::abs(glm::dot(normal, d)) > 0.1 * glm::length(normal) * glm::length(d);
+            });
         if (!clear) continue;
         rays.push_back(ray);
         roots.push_back(on.at.size());
@@ -155,6 +156,32 @@ TEST(ParametricHits, PolesAndSeamsAreTheSurface) {
         EXPECT_EQ(wrong, 0u) << scene.name << ", " << family.name << ", " << device.label << ", of " << some.size();
       }
     }
+  }
+}
+
+// Rays that are finished apart have the hits that they have alone, whichever others are in the batch and in whatever
+// order batches come.
+TEST(ParametricHits, BatchesDoNotShow) {
+  const ParametricScene scene = enneper_scene();
+  for (const TestDevice& device : devices_for_expressions()) {
+    const Interrogator query(device.device, scene.surface());
+    std::size_t apart = 0;
+    for (const RayFamily& family : parametric_families(scene, 40, 20, 7)) {
+      if (!family.valid) continue;
+      const HitList all = query.cast(family.rays, {.hits = Hits::all});
+      apart += flagged_rays(all);
+      std::size_t wrong = 0, first = 0;
+      for (std::size_t i = 0; i < family.rays.size(); i++) {
+        RayBatch one(1);
+        one.set(0, family.rays[i]);
+        const HitList alone = query.cast(one, {.hits = Hits::all});
+        const auto from = all.t().subspan(all.offsets()[i], all.offsets()[i + 1] - all.offsets()[i]);
+        if (!std::ranges::equal(from, alone.t()) && wrong++ == 0) first = i;
+      }
+      EXPECT_EQ(wrong, 0u) << family.name << ", " << device.label << ": of " << family.rays.size()
+                           << " rays, the first is " << first;
+    }
+    EXPECT_GT(apart, 20u) << device.label;
   }
 }
 
