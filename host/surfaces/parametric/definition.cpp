@@ -232,7 +232,7 @@ ParametricSurface::ParametricSurface(std::vector<Patch> given)
 }
 
 std::uint32_t ParametricSurface::properties() const {
-  return Property::parameters | Property::normal | Property::gauss | Property::mean | Property::principal |
+  return Property::parameters | Property::location | Property::normal | Property::gauss | Property::mean | Property::principal |
          Property::directions | Property::normal_curvature;
 }
 
