@@ -40,7 +40,7 @@ std::string_view name_of(HitStatus status) {
 Interrogator::Interrogator(const Device& device, const Surface& surface, const PrepareOptions& options) {
   auto queries = device.is_reference() ? interrogate_by_reference(surface.model())
                                        : interrogate_on_device(device, surface.share(), options);
-  has_coordinates_ = surface.model().has_coordinates();
+  parts_ = surface.model().has_coordinates() ? surface.model().parts() : 0;
   queries_ = recorded(std::move(queries), std::string(surface.kind()), device);
 }
 
@@ -74,12 +74,18 @@ PointProperties Interrogator::probe(std::span<const glm::vec3> points, std::uint
 PointProperties Interrogator::properties_at(std::span<const SurfaceCoordinates> places, std::uint32_t properties,
                                             const ProbeOptions& options) const {
   require_answerable(properties);
-  if (!has_coordinates_)
+  if (parts_ == 0)
     throw Error(ErrorCode::usage, "the surface has no coordinates; ask for the properties of points in space");
   const bool directed = contains(properties, Property::normal_curvature);
   if (directed && options.directions.size() != places.size()) {
-    throw Error(ErrorCode::usage, fmt::format("normal curvature needs one direction per place: {} places, {} directions",
-                                              places.size(), options.directions.size()));
+    throw Error(ErrorCode::usage,
+                fmt::format("normal curvature needs one direction per place: {} places, {} directions", places.size(),
+                            options.directions.size()));
+  }
+  for (std::size_t i = 0; i < places.size(); i++) {
+    if (places[i].part < parts_) continue;
+    throw Error(ErrorCode::usage, fmt::format("place {} is on part {} of the surface, which has parts 0 to {}", i,
+                                              places[i].part, parts_ - 1));
   }
   PointProperties out;
   const std::vector<glm::vec3> anywhere(places.size(), glm::vec3(0.0f));
@@ -92,7 +98,7 @@ PointProperties Interrogator::properties_at(std::span<const SurfaceCoordinates> 
 
 void Interrogator::update(const Surface& surface) {
   queries_->update(surface.share());
-  has_coordinates_ = surface.model().has_coordinates();
+  parts_ = surface.model().has_coordinates() ? surface.model().parts() : 0;
 }
 
 std::size_t Interrogator::device_bytes() const { return queries_->device_bytes(); }

@@ -155,7 +155,7 @@ class Interrogator {
 
   // Properties at places given by surface coordinates, of kinds that have them: of a mesh the face and barycentric
   // coordinates, of a surface s(u, v) the patch and its parameters. Places beyond the range of u or v are taken to its
-  // border. Throws Error (usage) for kinds without coordinates.
+  // border. Throws Error (usage) for kinds without coordinates, and where there is no such part.
   PointProperties properties_at(std::span<const SurfaceCoordinates> places, std::uint32_t properties,
                                 const ProbeOptions& options = {}) const;
 
@@ -168,7 +168,7 @@ class Interrogator {
 
  private:
   std::shared_ptr<SurfaceQueries> queries_;
-  bool has_coordinates_ = false;
+  std::size_t parts_ = 0;  // of kinds with surface coordinates
 };
 
 // Properties at all vertices of a mesh, one after the other, made anew by each call: normals weighted by the triangles'
