@@ -8,6 +8,7 @@
 #include <fstream>
 #include <utility>
 
+#include "harness/density.hpp"
 #include "harness/replay.hpp"
 #include "harness/tolerances.hpp"
 #include "numerics/parallel.hpp"
@@ -210,7 +211,9 @@ PointOracle parametric_points(std::span<const SurfaceCoordinates> places, double
     // Second derivatives are rounded at their own size, which may be far above what is left across the surface.
     const double second = std::max(
         {glm::length(point->uu) / (u * u), glm::length(point->uv) / (u * v), glm::length(point->vv) / (v * v)});
-    const double off = (curvature * size + rounding * second) * worse * worse;
+    // So is a first derivative that is much the shorter: the sum of terms of the other's size.
+    const double uneven = std::max(u, v) / std::min(u, v);
+    const double off = (curvature * size + rounding * (second + uneven * size)) * worse * worse;
     truth.principal = off;
     truth.mean = off;
     truth.gauss = 2 * size * off;
@@ -265,6 +268,13 @@ Case case_of(const std::string& name, const std::vector<Patch>& patches) {
             const std::string json = fmt::format("{{\"kind\":\"nurbs\",\"file\":\"{}\"}}\n", data);
             return replay_command(file + " " + device, json, ray, device);
           }};
+}
+
+std::vector<TestDevice> devices_for_expressions(bool everywhere) {
+  if (everywhere || density() > 1) return test_devices();
+  std::vector<TestDevice> devices = one_of_each();
+  std::erase_if(devices, [](const TestDevice& device) { return device.device.is_reference(); });
+  return devices;
 }
 
 bool is_flagged(const HitList& hits, std::size_t ray) {

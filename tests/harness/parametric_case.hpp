@@ -75,6 +75,10 @@ PointOracle parametric_points(std::span<const SurfaceCoordinates> places, double
 Case case_of(const ParametricScene& scene);
 Case case_of(const std::string& name, const std::vector<Patch>& patches);
 
+// Programs of an expression are its own, and every device compiles them for seconds: what is asked of expressions beside
+// `everywhere` runs on one device of each executor, on all with SMURF_TEST_DENSE.
+std::vector<TestDevice> devices_for_expressions(bool everywhere = false);
+
 // Whether a hit of the ray is tangent or unresolved.
 bool is_flagged(const HitList& hits, std::size_t ray);
 std::size_t flagged_rays(const HitList& hits);

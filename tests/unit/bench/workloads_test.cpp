@@ -86,6 +86,30 @@ TEST(Workloads, TheBunnyIsReadFromItsFile) {
   }
 }
 
+// The ring that stands for the teapot: closed, every border shared, nearly the torus.
+TEST(Workloads, TheRingIsClosed) {
+  const std::vector<Patch> patches = bicubic_ring();
+  ASSERT_EQ(patches.size(), 32u);
+  const Surface surface = nurbs(patches);
+  EXPECT_NEAR(surface.bounds().upper.x, 3, 1e-3);
+  EXPECT_NEAR(surface.bounds().upper.z, 1, 1e-3);
+  const HitList hits =
+      Interrogator(open_device("reference"), surface).cast(random_chords(surface.bounds(), 16), {.hits = Hits::all});
+  for (std::size_t i = 0; i < hits.ray_count(); i++)
+    EXPECT_EQ((hits.offsets()[i + 1] - hits.offsets()[i]) % 2, 0u) << i;
+  EXPECT_GT(hits.size(), 100u);
+}
+
+TEST(Workloads, PatchesAndExpressionsAreMeasured) {
+  const Catalogue list = catalogue("W7");
+  EXPECT_EQ(list.workloads.size(), 5u);
+  for (const Workload& workload : list.workloads) {
+    EXPECT_TRUE(workload.parametric()) << workload.name;
+    EXPECT_GT(workload.length_unit(), 0) << workload.name;
+    EXPECT_EQ(workload.cast_options().hits == Hits::all, workload.name.ends_with("all"));
+  }
+}
+
 TEST(Workloads, ChordsRunFromSphereToSphereInAllDirections) {
   const Bounds bounds{{-1, 2, 5}, {3, 4, 9}};
   const glm::dvec3 centre(1, 3, 7);
