@@ -154,8 +154,8 @@ class Interrogator {
                         const ProbeOptions& options = {}) const;
 
   // Properties at places given by surface coordinates, of kinds that have them: of a mesh the face and barycentric
-  // coordinates, of a surface s(u, v) the patch and its parameters. Places beyond the range of u or v are taken to its
-  // border. Throws Error (usage) for kinds without coordinates, and where there is no such part.
+  // coordinates, of a surface s(u, v) the patch and its parameters. Places beyond the range of u or v are
+  // `undefined`. Throws Error (usage) for kinds without coordinates, and where there is no such part.
   PointProperties properties_at(std::span<const SurfaceCoordinates> places, std::uint32_t properties,
                                 const ProbeOptions& options = {}) const;
 
