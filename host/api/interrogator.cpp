@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::uint32_t all_properties = Property::value | Property::normal | Property::gauss | Property::mean |
                                          Property::principal | Property::directions | Property::normal_curvature |
-                                         Property::parameters;
+                                         Property::parameters | Property::location;
 
 void require_answerable(std::uint32_t wanted) {
   if ((wanted & ~all_properties) != 0)
@@ -40,6 +40,7 @@ std::string_view name_of(HitStatus status) {
 Interrogator::Interrogator(const Device& device, const Surface& surface, const PrepareOptions& options) {
   auto queries = device.is_reference() ? interrogate_by_reference(surface.model())
                                        : interrogate_on_device(device, surface.share(), options);
+  parts_ = surface.model().has_coordinates() ? surface.model().parts() : 0;
   queries_ = recorded(std::move(queries), std::string(surface.kind()), device);
 }
 
@@ -70,7 +71,35 @@ PointProperties Interrogator::probe(std::span<const glm::vec3> points, std::uint
   return out;
 }
 
-void Interrogator::update(const Surface& surface) { queries_->update(surface.share()); }
+PointProperties Interrogator::properties_at(std::span<const SurfaceCoordinates> places, std::uint32_t properties,
+                                            const ProbeOptions& options) const {
+  require_answerable(properties);
+  if (parts_ == 0)
+    throw Error(ErrorCode::usage, "the surface has no coordinates; ask for the properties of points in space");
+  const bool directed = contains(properties, Property::normal_curvature);
+  if (directed && options.directions.size() != places.size()) {
+    throw Error(ErrorCode::usage,
+                fmt::format("normal curvature needs one direction per place: {} places, {} directions", places.size(),
+                            options.directions.size()));
+  }
+  for (std::size_t i = 0; i < places.size(); i++) {
+    if (places[i].part < parts_) continue;
+    throw Error(ErrorCode::usage, fmt::format("place {} is on part {} of the surface, which has parts 0 to {}", i,
+                                              places[i].part, parts_ - 1));
+  }
+  PointProperties out;
+  const std::vector<glm::vec3> anywhere(places.size(), glm::vec3(0.0f));
+  queries_->measure({anywhere, places, directed ? options.directions : std::span<const glm::vec3>()}, properties,
+                    options, out);
+  if (contains(properties, Property::parameters))
+    out.coordinates = Values<SurfaceCoordinates>(places.begin(), places.end());
+  return out;
+}
+
+void Interrogator::update(const Surface& surface) {
+  queries_->update(surface.share());
+  parts_ = surface.model().has_coordinates() ? surface.model().parts() : 0;
+}
 
 std::size_t Interrogator::device_bytes() const { return queries_->device_bytes(); }
 

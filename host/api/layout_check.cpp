@@ -21,7 +21,8 @@ static_assert(umbilic == POINT_UMBILIC && boundary == POINT_BOUNDARY && undefine
 static_assert(int(Property::value) == PROPERTY_VALUE && int(Property::normal) == PROPERTY_NORMAL &&
               int(Property::gauss) == PROPERTY_GAUSS && int(Property::mean) == PROPERTY_MEAN &&
               int(Property::principal) == PROPERTY_PRINCIPAL && int(Property::directions) == PROPERTY_DIRECTIONS &&
-              int(Property::normal_curvature) == PROPERTY_NORMAL_CURVATURE);
+              int(Property::normal_curvature) == PROPERTY_NORMAL_CURVATURE &&
+              int(Property::location) == PROPERTY_LOCATION);
 
 static_assert(int(RayBatch::origin_x) == RAY_ORIGIN && int(RayBatch::direction_x) == RAY_DIRECTION &&
               int(RayBatch::t_min) == RAY_T_MIN && int(RayBatch::t_max) == RAY_T_MAX &&

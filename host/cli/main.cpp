@@ -122,7 +122,9 @@ void CommandLine::declare_query(CLI::App& app) {
 
   verb = app.add_subcommand("probe", "Properties of the level sets through points, or of a surface's nearest points");
   add_surface(verb, probe.surface);
-  verb->add_option("--points", probe.points, "Points: columns x,y,z")->type_name("POINTS.csv")->required();
+  verb->add_option("--points", probe.points, "Points: columns x,y,z, or surface coordinates: u,v (patch,u,v; face,u,v)")
+      ->type_name("POINTS.csv")
+      ->required();
   verb->add_option("--properties", probe.properties,
                    "Of value,normal,gauss,mean,principal,directions,parameters; by default normal,gauss,mean, of level "
                    "sets value, of others parameters")

@@ -22,11 +22,11 @@ constexpr NamedProperty named_properties[] = {
     {"value", Property::value},           {"normal", Property::normal},
     {"gauss", Property::gauss},           {"mean", Property::mean},
     {"principal", Property::principal},   {"directions", Property::directions},
-    {"parameters", Property::parameters},
+    {"parameters", Property::parameters}, {"location", Property::location},
 };
 
 std::string_view reason(Property property) {
-  if (property == Property::parameters) return ", which has no surface coordinates";
+  if (property == Property::parameters || property == Property::location) return ", which has no surface coordinates";
   if (property == Property::value) return ", which is no level set of a field";
   return "";
 }
@@ -102,6 +102,9 @@ void add_properties(Table& table, const std::vector<Property>& properties, const
         break;
       case Property::normal_curvature:
         table.add("normal_curvature", values.normal_curvature);
+        break;
+      case Property::location:
+        table.add({"px", "py", "pz"}, values.location);
         break;
       case Property::parameters:
         table.add(surface.model().coordinate_names(), values.coordinates);

@@ -114,7 +114,7 @@ void run_probe(const ProbeCommand& command, const CommonOptions& common) {
   check_output(command.output, {".csv", ".vtp"});
   const Surface surface = load_surface(command.surface);
   const std::vector<Property> properties = properties_named(command.properties.value_or(usual(surface)), surface);
-  const PointTable points = read_points(command.points);
+  const PointTable points = read_points(command.points, surface.model().coordinate_names());
   const Device device = open(command.device, common);
   const Interrogator query = prepare(device, surface, common);
 
@@ -124,17 +124,19 @@ void run_probe(const ProbeCommand& command, const CommonOptions& common) {
     Progress progress("probing points", common.quiet);
     ProbeOptions options;
     options.progress = progress.callback();
-    values = query.probe(points.points, bits_of(properties), options);
+    values = points.places.empty()
+                 ? query.probe(points.points, bits_of(properties), options)
+                 : query.properties_at(points.places, bits_of(properties) | Property::location, options);
   }
   const double seconds = watch.seconds();
   std::vector<std::string_view> status;
   for (const std::uint32_t bits : values.status) status.push_back(point_status_text(bits));
   Table table;
-  table.add({"x", "y", "z"}, points.points);
+  table.add({"x", "y", "z"}, points.places.empty() ? std::span<const glm::vec3>(points.points) : values.location);
   table.add("status", status);
   add_properties(table, properties, surface, values);
   write_table(table, command.output);
-  report(device, common, "points", points.points.size(), seconds);
+  report(device, common, "points", values.status.size(), seconds);
 }
 
 }  // namespace smurf

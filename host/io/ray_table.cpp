@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "io/csv.hpp"
 #include "smurf/error.hpp"
@@ -17,6 +18,23 @@ std::vector<glm::vec3> vectors_of(const CsvColumns& table, std::size_t first) {
   return vectors;
 }
 
+// Surface coordinates; none where the file has x or has no u, v.
+PointTable read_places(const std::filesystem::path& file, const std::vector<std::string_view>& names) {
+  const std::string_view part = names[0].empty() ? names[1] : names[0];
+  const CsvColumns table = read_csv(file, {}, {"x", part, names[1], names[2]});
+  PointTable result;
+  if (table.present[0] || !table.present[1] || !table.present[2] || !table.present[3]) return result;
+  for (std::size_t i = 0; i < table.rows; i++) {
+    const float number = names[0].empty() ? 0.0f : table.columns[1][i];
+    if (!(number >= 0.0f) || number != std::floor(number) || number > 16777216.0f)
+      throw Error(ErrorCode::input,
+                  fmt::format("\"{}\", row {}: column \"{}\" holds {}; it must be a whole number from 0", file.string(),
+                              i + 1, part, number));
+    result.places.push_back({std::uint32_t(number), table.columns[2][i], table.columns[3][i]});
+  }
+  return result;
+}
+
 }  // namespace
 
 RayBatch read_rays(const std::filesystem::path& file) {
@@ -29,7 +47,11 @@ RayBatch read_rays(const std::filesystem::path& file) {
   return rays;
 }
 
-PointTable read_points(const std::filesystem::path& file) {
+PointTable read_points(const std::filesystem::path& file, const std::vector<std::string_view>& names) {
+  if (names.size() == 3) {
+    PointTable places = read_places(file, names);
+    if (!places.places.empty()) return places;
+  }
   const CsvColumns table = read_csv(file, {"x", "y", "z"}, {"dx", "dy", "dz"});
   const auto directions = std::count(table.present.begin() + 3, table.present.end(), true);
   if (directions != 0 && directions != 3)

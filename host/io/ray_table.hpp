@@ -3,8 +3,10 @@
 
 #include <filesystem>
 #include <glm/glm.hpp>
+#include <string_view>
 #include <vector>
 
+#include "smurf/interrogator.hpp"
 #include "smurf/rays.hpp"
 
 namespace smurf {
@@ -15,11 +17,13 @@ RayBatch read_rays(const std::filesystem::path& file);
 
 struct PointTable {
   std::vector<glm::vec3> points;
-  std::vector<glm::vec3> directions;  // one per point, or none when the file has no dx, dy, dz
+  std::vector<SurfaceCoordinates> places;  // in place of points
+  std::vector<glm::vec3> directions;       // one per point, or none when the file has no dx, dy, dz
   bool has_directions = false;
 };
 
-// Columns x, y, z and optionally dx, dy, dz (all or none).
-PointTable read_points(const std::filesystem::path& file);
+// Columns x, y, z and optionally dx, dy, dz (all or none); or, for kinds with surface coordinates, of which `names` says
+// what part, u and v are called, these columns.
+PointTable read_points(const std::filesystem::path& file, const std::vector<std::string_view>& names = {});
 
 }  // namespace smurf

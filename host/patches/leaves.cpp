@@ -211,8 +211,11 @@ class Splitter {
       const glm::dvec2 place = half_way(end, d, box);
       const glm::dvec3 inner = source_.at(box.piece, place.x, place.y).position - leaf.m;
       const double bend = std::abs(glm::dot(inner, normal)) / glm::length(normal);
-      const bool flat = size < cap_size * extent_ || bend < flat_cap * extent_;
-      if (!flat && box.depth < deepest) return Outcome{d, leaf};
+      const bool small = size < small_cap * extent_;
+      const bool flat = size < cap_size * extent_ || bend < (small ? 2e-3 * size : flat_cap * extent_);
+      // Next to a tip the arc is what leaves the plane; else it is the way out.
+      const bool arc = small && off > 2e-3 * size && box.depth < deepest + 12;
+      if (!flat && (arc || box.depth < deepest)) return Outcome{arc ? along : d, leaf};
       finish_cap(box, leaf, a, b);
       return Outcome{-1, leaf};
     }

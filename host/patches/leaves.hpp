@@ -47,8 +47,9 @@ struct PatchLeaf {
 constexpr double largest_remainder = 0.2, largest_graded_remainder = 0.5;
 // Of `extent`: no leaf is wider; caps begin where less is left to the collapsed side; smaller leaves are not split.
 constexpr double widest_leaf = 0.125, cap_size = 2e-5, smallest_leaf = 1e-6;
-// Caps may be as large as this where the surface leaves their plane by no more than flat_cap half way out.
-constexpr double widest_cap = 5e-4, flat_cap = 1e-8;
+// Caps may be as large as widest_cap where the surface leaves their plane by no more than flat_cap half way out, and as
+// large as small_cap where it does so by less than a five-hundredth of their size.
+constexpr double widest_cap = 5e-4, flat_cap = 1e-8, small_cap = 1e-4;
 
 // Leaves of all pieces, those of a piece after each other. `extent` is the greatest side of the bounds of all. Leaves
 // are split at half, so the leaves of a piece cover its range without gaps, but for boxes in which the surface is

@@ -106,7 +106,7 @@ void ReferenceQueries::measure(const PointSet& set, std::uint32_t wanted, const 
        k1 = column(Property::principal, nan), k2 = column(Property::principal, nan),
        along = column(Property::normal_curvature, nan);
   auto normal = column(Property::normal, glm::vec3(nan)), d1 = column(Property::directions, glm::vec3(nan)),
-       d2 = column(Property::directions, glm::vec3(nan));
+       d2 = column(Property::directions, glm::vec3(nan)), location = column(Property::location, glm::vec3(nan));
   Values<std::uint32_t> status(points.size(), PointStatus::undefined);
   const bool located = contains(wanted, Property::parameters) && surface_->has_coordinates() && set.coordinates.empty();
   Values<SurfaceCoordinates> coordinates(located ? points.size() : 0);
@@ -119,6 +119,7 @@ void ReferenceQueries::measure(const PointSet& set, std::uint32_t wanted, const 
     if (!coordinates.empty()) coordinates[i] = point.coordinates;
     if (contains(wanted, Property::value)) value[i] = float(point.value);
     if (contains(wanted, Property::normal)) normal[i] = glm::vec3(frame.normal);
+    if (contains(wanted, Property::location)) location[i] = glm::vec3(point.location);
     if (contains(wanted, Property::gauss)) gauss[i] = float(frame.k1 * frame.k2);
     if (contains(wanted, Property::mean)) mean[i] = float(0.5 * (frame.k1 + frame.k2));
     if (contains(wanted, Property::principal)) {
@@ -144,6 +145,7 @@ void ReferenceQueries::measure(const PointSet& set, std::uint32_t wanted, const 
   if (contains(wanted, Property::principal)) out.k1 = std::move(k1), out.k2 = std::move(k2);
   if (contains(wanted, Property::directions)) out.d1 = std::move(d1), out.d2 = std::move(d2);
   if (contains(wanted, Property::normal_curvature)) out.normal_curvature = std::move(along);
+  if (contains(wanted, Property::location)) out.location = std::move(location);
   if (located) out.coordinates = std::move(coordinates);
   out.status = std::move(status);
   out.measured |= wanted;

@@ -13,6 +13,7 @@ std::vector<std::size_t> column_widths(std::uint32_t wanted) {
   if (contains(wanted, Property::principal)) widths.insert(widths.end(), {1, 1});
   if (contains(wanted, Property::directions)) widths.insert(widths.end(), {3, 3});
   if (contains(wanted, Property::normal_curvature)) widths.push_back(1);
+  if (contains(wanted, Property::location)) widths.push_back(3);
   widths.push_back(1);  // the status
   return widths;
 }
@@ -37,6 +38,7 @@ void take_columns(const std::shared_ptr<Values<std::uint32_t>>& words, std::size
   if (contains(wanted, Property::principal)) take(out.k1), take(out.k2);
   if (contains(wanted, Property::directions)) take(out.d1), take(out.d2);
   if (contains(wanted, Property::normal_curvature)) take(out.normal_curvature);
+  if (contains(wanted, Property::location)) take(out.location);
   take(out.status);
   out.measured |= wanted;
 }

@@ -56,6 +56,7 @@ class SurfaceDefinition {
   // kinds without them. Where there are any, the stage that orders rows puts the hits of a ray in order.
   virtual std::vector<std::string_view> coordinate_names() const { return {}; }
   bool has_coordinates() const { return !coordinate_names().empty(); }
+  virtual std::size_t parts() const { return 1; }  // how many there are, of kinds with coordinates
   virtual std::vector<Fact> facts() const = 0;
   // What devices ask of rays beyond finite numbers, a direction and t_min <= t_max, for messages: ", and ...".
   virtual std::string_view ray_limits() const { return {}; }

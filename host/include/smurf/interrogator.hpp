@@ -55,6 +55,7 @@ enum class Property : std::uint32_t {
   directions = 32,        // unit principal directions d1, d2
   normal_curvature = 64,  // along a given direction, projected to the tangent plane
   parameters = 128,       // surface coordinates (kinds that have them)
+  location = 256,         // the surface point itself (kinds that have coordinates): of a probe the nearest one
 };
 constexpr std::uint32_t operator|(Property a, Property b) { return std::uint32_t(a) | std::uint32_t(b); }
 constexpr std::uint32_t operator|(std::uint32_t a, Property b) { return a | std::uint32_t(b); }
@@ -81,7 +82,7 @@ struct CastOptions {
 // What was measured at a list of points. Columns that were not asked for are empty.
 struct PointProperties {
   Column<float> value, gauss, mean, k1, k2, normal_curvature;
-  Column<glm::vec3> normal, d1, d2;
+  Column<glm::vec3> normal, d1, d2, location;
   Column<SurfaceCoordinates> coordinates;
   Column<std::uint32_t> status;  // PointStatus bits
   std::uint32_t measured = 0;    // Property bits
@@ -152,6 +153,12 @@ class Interrogator {
   PointProperties probe(std::span<const glm::vec3> points, std::uint32_t properties,
                         const ProbeOptions& options = {}) const;
 
+  // Properties at places given by surface coordinates, of kinds that have them: of a mesh the face and barycentric
+  // coordinates, of a surface s(u, v) the patch and its parameters. Places beyond the range of u or v are
+  // `undefined`. Throws Error (usage) for kinds without coordinates, and where there is no such part.
+  PointProperties properties_at(std::span<const SurfaceCoordinates> places, std::uint32_t properties,
+                                const ProbeOptions& options = {}) const;
+
   // Another surface over the same field: only what depends on the isovalue is rebuilt. Hit lists made
   // before keep answering for the surface that they were cast on only as to what they already hold.
   void update(const Surface& surface);
@@ -161,6 +168,7 @@ class Interrogator {
 
  private:
   std::shared_ptr<SurfaceQueries> queries_;
+  std::size_t parts_ = 0;  // of kinds with surface coordinates
 };
 
 // Properties at all vertices of a mesh, one after the other, made anew by each call: normals weighted by the triangles'

@@ -35,7 +35,8 @@ class MeshReference : public ReferenceSurface {
         coordinates ? MeshPoint{coordinates->part, coordinates->u, coordinates->v} : mesh_.nearest(point).at;
     return {std::numeric_limits<double>::quiet_NaN(),
             mesh_.measure(at, normals_ == MeshNormals::face),
-            {at.face, float(at.u), float(at.v)}};
+            {at.face, float(at.u), float(at.v)},
+            mesh_.location(at)};
   }
 
   std::size_t bytes() const override { return mesh_.bytes(); }

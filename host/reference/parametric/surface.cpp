@@ -38,7 +38,10 @@ class ParametricReference : public ReferenceSurface {
                                    : properties_.nearest(point, place);
     if (!found) return {nan, undefined_frame()};
     const SurfaceFrame frame = properties_.measure(place);
-    return {nan, frame, {facets_[place.facet]->part, float(place.u), float(place.v)}};
+    return {nan,
+            frame,
+            {facets_[place.facet]->part, float(place.u), float(place.v)},
+            facets_[place.facet]->at(place.u, place.v, 0).s};
   }
 
   std::size_t bytes() const override { return cells_.bytes() + facets_.size() * sizeof(ReferenceFacet); }

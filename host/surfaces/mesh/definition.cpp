@@ -44,8 +44,8 @@ std::string manifold_text(const MeshTopology& t) {
 }  // namespace
 
 std::uint32_t MeshSurface::properties() const {
-  return Property::parameters | Property::normal | Property::gauss | Property::mean | Property::principal |
-         Property::directions | Property::normal_curvature;
+  return Property::parameters | Property::location | Property::normal | Property::gauss | Property::mean |
+         Property::principal | Property::directions | Property::normal_curvature;
 }
 
 std::vector<Fact> MeshSurface::facts() const {

@@ -17,6 +17,7 @@ class MeshSurface : public SurfaceDefinition {
   Bounds bounds() const override { return {glm::dvec3(mesh.lower()), glm::dvec3(mesh.upper())}; }
   std::uint32_t properties() const override;
   std::vector<std::string_view> coordinate_names() const override { return {"face", "u", "v"}; }
+  std::size_t parts() const override { return mesh.face_count(); }
   std::vector<Fact> facts() const override;
   std::string_view ray_limits() const override { return ", and its origin not 5e11 times as far out as the mesh"; }
 

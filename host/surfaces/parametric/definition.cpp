@@ -232,8 +232,8 @@ ParametricSurface::ParametricSurface(std::vector<Patch> given)
 }
 
 std::uint32_t ParametricSurface::properties() const {
-  return Property::parameters | Property::normal | Property::gauss | Property::mean | Property::principal |
-         Property::directions | Property::normal_curvature;
+  return Property::parameters | Property::location | Property::normal | Property::gauss | Property::mean |
+         Property::principal | Property::directions | Property::normal_curvature;
 }
 
 std::vector<Fact> ParametricSurface::facts() const {

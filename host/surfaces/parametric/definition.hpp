@@ -35,6 +35,7 @@ class ParametricSurface : public SurfaceDefinition {
     return patches.empty() ? std::vector<std::string_view>{"", "u", "v"}
                            : std::vector<std::string_view>{"patch", "u", "v"};
   }
+  std::size_t parts() const override { return patches.empty() ? 1 : patches.size(); }
   std::vector<Fact> facts() const override;
 
   // One of the two is given; with expressions there are no patches.

@@ -8,8 +8,8 @@
 
 namespace smurf {
 
-// Of all pieces: encloses the surface but for rounding, and is larger by 1e-4 of its extent at most, but where nothing better than
-// samples is known. Throws Error (input) when the surface goes to infinity, or is defined nowhere.
+// Of all pieces: encloses the surface but for rounding, and is larger by 1e-4 of its extent at most, but where nothing
+// better than samples is known. Throws Error (input) when the surface goes to infinity, or is defined nowhere.
 Bounds bounds_of(const PieceSource& source);
 
 enum class Extension { nowhere, point, curve, surface };  // nowhere: undefined at all samples
