@@ -131,6 +131,7 @@ TEST(ParametricHits, PolesAndSeamsAreTheSurface) {
     const AlgebraicRoots exact(scene);
     for (const RayFamily& family : parametric_families(scene, 1, 200 * std::size_t(density()), 13)) {
       if (family.name.find("pole") == std::string::npos && family.name.find("seam") == std::string::npos) continue;
+      if (family.name.starts_with("along")) continue;  // tangent where no root is
       std::vector<Ray> rays;
       std::vector<std::size_t> roots;
       for (std::size_t i = 0; i < family.rays.size(); i++) {
