@@ -36,6 +36,7 @@ class ParametricSurface : public SurfaceDefinition {
                            : std::vector<std::string_view>{"patch", "u", "v"};
   }
   std::vector<Fact> facts() const override;
+  RootResolver root_resolver() const override;
 
   // One of the two is given; with expressions there are no patches.
   const ParametricExpressions expressions;
@@ -48,6 +49,9 @@ class ParametricSurface : public SurfaceDefinition {
   std::shared_ptr<const PieceSource> pieces_;
   PatchTopology topology_;
   Bounds bounds_;  // of the surface, closely
+  // Made when a hit is first asked about.
+  struct Roots;
+  std::shared_ptr<Roots> roots_;
 };
 
 }  // namespace smurf
