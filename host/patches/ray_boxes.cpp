@@ -12,10 +12,12 @@ using glm::dvec3;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double half_step = 0x1p-53;        // the rounding of a double, relative
-constexpr double float_to_double = 0x1p-28;  // from PieceBounds::error, which is of floats; twice the ratio
+constexpr double float_to_double = 0x1p-29;  // from PieceBounds::error, which is of floats
 constexpr double certain = 0.95, bend = 1 / (2 * leaf_reach);
 constexpr double settled = 1e-6, rough = 0.2, degenerate = 64;
 constexpr int newton_steps = 12;
+constexpr int depth_of_flat = 4;  // of boxes of which it is asked whether their piece is flat
+constexpr double flat_within = 1e-13, along_flat = 1e-11;
 constexpr int most_boxes = 8192, deepest = 120;
 constexpr std::size_t many_open = 64;       // beyond which only the ends of enclosures are told more closely
 constexpr double smallest_open = 4e-9;      // of the extent
@@ -176,7 +178,13 @@ RayBoxes::Meeting RayBoxes::meet(const Plane& plane, const dvec2& slack) const {
   k.x = glm::dot(k.row_x, w);
   k.y = glm::dot(k.row_y, w);
   const double length = glm::length(d), a = glm::length(plane.a), b = glm::length(plane.b);
-  const double q_x = glm::dot(glm::abs(k.row_x), plane.e), q_y = glm::dot(glm::abs(k.row_y), plane.e);
+  double q_x = glm::dot(glm::abs(k.row_x), plane.e), q_y = glm::dot(glm::abs(k.row_y), plane.e);
+  if (plane.flat != dvec3(0.0)) {
+    // The rest lies in the plane.
+    const double within = std::abs(glm::dot(plane.flat, d)) * glm::length(plane.e);
+    q_x = std::min(q_x, b * within);
+    q_y = std::min(q_y, a * within);
+  }
   k.off = std::max(sum(k.row_x), sum(k.row_y)) * plane.error + 16 * half_step * (a + b) * length * largest(w);
   const double size = std::abs(k.determinant);
   k.q = std::max(q_x, q_y);
@@ -234,8 +242,15 @@ void RayBoxes::look(Box box, std::vector<Box>& next) {
     if (known) bounds_.push_back(*known);
   }
   if (!box.leaf && box.bounds == bounds_none) return look_without_bounds(box, side, next);
-  const Plane plane = plane_of(box);
+  Plane plane = plane_of(box);
   if (!is_finite(plane.m + plane.a + plane.b + plane.e)) return look_without_bounds(box, side, next);
+  if (box.depth >= depth_of_flat) {
+    plane.flat = flat_normal(box.piece);
+    if (plane.flat != dvec3(0.0)) {
+      if (std::abs(glm::dot(plane.flat, ray_.direction)) < along_flat * glm::length(ray_.direction)) return;
+      plane.error += flat_within * extent_;
+    }
+  }
   const dvec2 slack = slack_of(box, plane);
   const Meeting k = meet(plane, slack);
   if (!k.is_met) return;
@@ -300,7 +315,7 @@ RayBoxes::Verdict RayBoxes::newton(const Box& box, const Plane& plane, const Mee
     const double by = 1 / glm::dot(a, row_x);
     const double next_x = x - glm::dot(row_x, f) * by, next_y = y - glm::dot(row_y, f) * by;
     if (!std::isfinite(next_x + next_y)) return Verdict::open;
-    if (away <= settled) {
+    if (away <= std::max(settled, off)) {
       // The step's own error is that of second derivatives, which q bounds as well.
       const double left = off + q * reach * away * away;
       const dvec2 beyond = dvec2(std::abs(next_x), std::abs(next_y)) - 1.0 - slack;
@@ -379,6 +394,27 @@ void RayBoxes::add_pole(const Box& box, int side, const dvec3& place, double siz
     return;
   }
   roots_.push_back(root);
+}
+
+// Of a flat piece; else 0.
+dvec3 RayBoxes::flat_normal(std::uint32_t piece) {
+  const auto [known, is_new] = flat_.try_emplace(piece, dvec3(0.0));
+  if (!is_new) return known->second;
+  constexpr int count = 8;
+  const ParameterBox range = source_.range(piece);
+  dvec3 normal(0.0), first(0.0);
+  for (int k = 0; k < (count + 1) * (count + 1); k++) {
+    const dvec2 part(double(k % (count + 1)) / count, double(k / (count + 1)) / count);
+    const dvec2 at = range.lower + part * (range.upper - range.lower);
+    const PatchPoint p = source_.at(piece, at.x, at.y);
+    const dvec3 n = glm::cross(p.u, p.v);
+    if (normal == dvec3(0.0) && glm::length(n) > 1e-6 * glm::length(p.u) * glm::length(p.v)) {
+      normal = glm::normalize(n);
+      first = p.position;
+    }
+    if (!(std::abs(glm::dot(normal, p.position - first)) <= flat_within * extent_)) return known->second;
+  }
+  return known->second = normal;
 }
 
 bool RayBoxes::is_apart(const BoxRoot& root) const {

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -76,6 +77,7 @@ class RayBoxes {
   struct Plane {
     glm::dvec3 m{0.0}, a{0.0}, b{0.0}, e{0.0};
     double error = 0;
+    glm::dvec3 flat{0.0};  // the normal of a flat piece
     double lengths() const { return glm::length(a) + glm::length(b) + glm::length(e); }
   };
   struct Meeting {
@@ -95,6 +97,7 @@ class RayBoxes {
   void add_root(const Box& box, const glm::dvec2& at, const glm::dvec2& off, BoxRoot root);
   void add_pole(const Box& box, int side, const glm::dvec3& place, double size);
   void halve(const Box& box, int direction, bool ask, std::vector<Box>& next) const;
+  glm::dvec3 flat_normal(std::uint32_t piece);
   int best_direction(const Box& box, const Plane& plane) const;
   // Which collapsed side the box touches, or -1.
   int collapsed_side(const Box& box) const;
@@ -107,6 +110,7 @@ class RayBoxes {
   const BoxRay ray_;
   const double low_, high_, gap_;
   std::vector<PieceBounds> bounds_;
+  std::map<std::uint32_t, glm::dvec3> flat_;
   std::vector<Box> waiting_, kept_;  // kept: those of open_
   std::vector<BoxRoot> roots_;
   std::vector<OpenBox> open_;

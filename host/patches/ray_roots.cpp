@@ -67,24 +67,6 @@ void join(std::vector<BoxRoot>& roots) {
 
 // ---- What is left open
 
-bool is_flat(const PieceSource& source, std::uint32_t piece, double extent) {
-  constexpr int count = 8;
-  const ParameterBox range = source.range(piece);
-  dvec3 normal(0.0), first(0.0);
-  for (int k = 0; k < (count + 1) * (count + 1); k++) {
-    const dvec2 part(double(k % (count + 1)) / count, double(k / (count + 1)) / count);
-    const dvec2 at = range.lower + part * (range.upper - range.lower);
-    const PatchPoint p = source.at(piece, at.x, at.y);
-    const dvec3 n = glm::cross(p.u, p.v);
-    if (normal == dvec3(0.0) && glm::length(n) > 1e-6 * glm::length(p.u) * glm::length(p.v)) {
-      normal = glm::normalize(n);
-      first = p.position;
-    }
-    if (!(std::abs(glm::dot(normal, p.position - first)) <= 1e-13 * extent)) return false;
-  }
-  return normal != dvec3(0.0);
-}
-
 // Enclosures that touch are one.
 std::vector<OpenBox> clusters(std::vector<OpenBox> open, double touching) {
   std::ranges::sort(open, {}, [](const OpenBox& o) { return std::tuple(o.low, o.high, o.piece, o.at.x, o.at.y); });
@@ -181,7 +163,6 @@ void RayRoots::find(const dvec3& origin, const dvec3& direction, double low, dou
 
   std::vector<BoxRoot> single = boxes.roots();
   std::vector<OpenBox> open = boxes.open();
-  std::erase_if(open, [&](const OpenBox& o) { return !o.is_undecided && is_flat(source_, o.piece, extent_); });
   open = clusters(std::move(open), 1e-12 * extent_ / glm::length(direction));
   // A root at the border of boxes that stay open is told by them.
   std::erase_if(single, [&](const BoxRoot& r) {
