@@ -21,6 +21,7 @@ constexpr double flat_within = 1e-13, along_flat = 1e-11;
 constexpr int most_boxes = 8192, deepest = 120;
 constexpr std::size_t many_open = 64;       // beyond which only the ends of enclosures are told more closely
 constexpr double smallest_open = 4e-9;      // of the extent
+constexpr double grazing = 1e-6;            // the sine of an angle
 constexpr double smallest_at_pole = 1e-12;  // of the extent
 constexpr double smallest_unknown = 1e-9;   // of the extent, where there are no bounds of derivatives
 constexpr int deepest_unknown = 80;
@@ -262,7 +263,10 @@ void RayBoxes::look(Box box, std::vector<Box>& next) {
   }
   if (side >= 0 && (plane.lengths() < smallest_at_pole * extent_ || box.depth >= deepest_unknown))
     return add_pole(box, side, plane.m, plane.lengths() + plane.error);
-  if ((side < 0 && sum(plane.e) <= 0.5 * plane.error) || box.depth >= deepest) {
+  // Where the ray grazes the surface, double roots are as wide as the root of rounding: smaller boxes tell no more.
+  const double area = glm::length(plane.a) * glm::length(plane.b) * glm::length(ray_.direction);
+  const bool is_small = plane.lengths() < smallest_open * extent_ && std::abs(k.determinant) <= grazing * area;
+  if ((side < 0 && (sum(plane.e) <= 0.5 * plane.error || is_small)) || box.depth >= deepest) {
     open_.push_back(*here);
     kept_.push_back(box);
     return;
