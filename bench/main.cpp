@@ -17,6 +17,7 @@
 #include <optional>
 #include <string>
 
+#include "patches/bezier.hpp"
 #include "peers/gage.hpp"
 #include "peers/isosurface_mesh.hpp"
 #include "ratio_reporter.hpp"
@@ -198,33 +199,47 @@ Counters compare(const EmbreeTurn& turn, Trace how, const HitList& truth, const 
 
 using Check = std::function<Counters(const EmbreeTurn&, Trace)>;
 
-void add_embree(const std::string& name, const std::function<TriangleMesh()>& mesh, Trace how,
-                const std::function<RayBatch()>& rays, const Check& check, bool robust = false) {
+// A scene and what it is.
+struct EmbreeModel {
+  std::unique_ptr<EmbreeScene> scene;
+  std::string label;
+};
+using MakeScene = std::function<EmbreeModel()>;
+
+MakeScene scene_of(const std::function<TriangleMesh()>& mesh, bool robust) {
+  return [=]() -> EmbreeModel {
+    const TriangleMesh triangles = mesh();
+    return {std::make_unique<EmbreeScene>(triangles, robust),
+            fmt::format("Embree{}, {} triangles", robust ? " robust" : "", triangles.triangles.size())};
+  };
+}
+
+void add_embree(const std::string& name, const MakeScene& make, Trace how, const std::function<RayBatch()>& rays,
+                const Check& check) {
   add(name, [=] {
     auto turn = std::make_shared<EmbreeTurn>();
-    const TriangleMesh triangles = mesh();
-    turn->scene = std::make_unique<EmbreeScene>(triangles, robust);
+    EmbreeModel model = make();
+    turn->scene = std::move(model.scene);
     auto batch = std::make_shared<RayBatch>(rays());
     Ready result;
     result.count = batch->size();
     result.run = [=] { trace(*turn, how, *batch); };
     result.run();
-    result.label = fmt::format("Embree{}, {} triangles", robust ? " robust" : "", triangles.triangles.size());
+    result.label = model.label;
     if (check) result.counters = check(*turn, how);
     return result;
   });
 }
 
 // Closest hits by single rays and by packets, or all hits.
-void add_embree_for(const Workload& workload, int size, const std::function<TriangleMesh()>& mesh, const Check& check,
-                    bool robust) {
+void add_embree_for(const Workload& workload, int size, const MakeScene& make, const Check& check) {
   const std::string prefix = fmt::format("{}/{}/embree-", workload.name, size);
   auto rays = [=] { return shared_task(workload, size).rays(); };
   if (workload.kind == Kind::all_hits) {
-    add_embree(prefix + "all", mesh, Trace::all, rays, check, robust);
+    add_embree(prefix + "all", make, Trace::all, rays, check);
   } else {
-    add_embree(prefix + "single", mesh, Trace::single, rays, check, robust);
-    add_embree(prefix + "packets", mesh, Trace::packets, rays, check, robust);
+    add_embree(prefix + "single", make, Trace::single, rays, check);
+    add_embree(prefix + "packets", make, Trace::packets, rays, check);
   }
 }
 
@@ -239,7 +254,7 @@ void add_embree_on_isosurface(const Workload& workload, int size) {
     return isosurface_mesh(samples_as_float(volume), volume.size(), volume.placement(), workload.isovalue);
   };
   auto check = [=](const EmbreeTurn& turn, Trace how) { return compare_with_reference(workload, size, turn, how); };
-  add_embree_for(workload, size, mesh, check, false);
+  add_embree_for(workload, size, scene_of(mesh, false), check);
 }
 
 // The same triangles in Embree's robust mode, which may not miss at edges either. Its answers stand beside the
@@ -255,7 +270,30 @@ void add_embree_on_mesh(const Workload& workload, int size) {
     counters.merge(compare(turn, how, *answers.hits, all, workload.length_unit(), "all_rays_"));
     return counters;
   };
-  add_embree_for(workload, size, mesh, check, true);
+  add_embree_for(workload, size, scene_of(mesh, true), check);
+}
+
+// Grids of 64 × 64 quadrilaterals for each Bézier piece: flat within, so that the answer is another one.
+void add_embree_on_patches(const Workload& workload, int size) {
+  constexpr unsigned cells = 64;
+  const MakeScene make = [=]() -> EmbreeModel {
+    GridMesh mesh;
+    mesh.width = cells + 1;
+    for (const Patch& patch : workload.patches()) {
+      for (const BezierPiece& piece : bezier_pieces(patch, 0)) {
+        mesh.grids++;
+        for (unsigned j = 0; j <= cells; j++) {
+          for (unsigned i = 0; i <= cells; i++) {
+            const glm::dvec2 at = piece.lower + (piece.upper - piece.lower) * glm::dvec2(i, j) / double(cells);
+            mesh.vertices.emplace_back(evaluate(piece, at.x, at.y).position);
+          }
+        }
+      }
+    }
+    return {std::make_unique<EmbreeScene>(mesh), fmt::format("Embree, {} grids of {}x{}", mesh.grids, cells, cells)};
+  };
+  auto check = [=](const EmbreeTurn& turn, Trace how) { return compare_with_reference(workload, size, turn, how); };
+  add_embree_for(workload, size, make, check);
 }
 
 // The calibration E of machines against each other, on the bunny or what stands for it.
@@ -267,9 +305,9 @@ void add_calibration() {
     return fitted_camera({glm::dvec3(seen.lower()), glm::dvec3(seen.upper())}, 1024, 1024).rays();
   };
   const std::string prefix = source.is_bunny ? "E-bunny00/1024/embree-" : "E-sphere/1024/embree-";
-  add_embree(prefix + "single", mesh, Trace::single, rays, {});
-  add_embree(prefix + "packets", mesh, Trace::packets, rays, {});
-  add_embree(prefix + "all", mesh, Trace::all, rays, {});
+  add_embree(prefix + "single", scene_of(mesh, false), Trace::single, rays, {});
+  add_embree(prefix + "packets", scene_of(mesh, false), Trace::packets, rays, {});
+  add_embree(prefix + "all", scene_of(mesh, false), Trace::all, rays, {});
 }
 #endif
 
@@ -397,6 +435,7 @@ int main(int argc, char** argv) {
         if (workload.samples() && workload.casts() && workload.reconstruction == Reconstruction::trilinear)
           add_embree_on_isosurface(workload, size);
         if (workload.mesh) add_embree_on_mesh(workload, size);
+        if (workload.patches) add_embree_on_patches(workload, size);
 #endif
         if (!workload.casts()) add_gage(workload, size);
       }

@@ -16,6 +16,7 @@ namespace smurf::bench {
 struct EmbreeScene::State {
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
+  RTCGeometry geometry = nullptr;
 };
 
 namespace {
@@ -75,27 +76,44 @@ void flush_denormals() { _mm_setcsr(_mm_getcsr() | 0x8040); }
 
 }  // namespace
 
-EmbreeScene::EmbreeScene(const TriangleMesh& mesh, bool robust) : state_(std::make_unique<State>()) {
+void EmbreeScene::begin(bool robust, bool grids) {
   state_->device = rtcNewDevice(nullptr);
   if (!state_->device) throw Error(ErrorCode::device, "Embree could not open its device");
   state_->scene = rtcNewScene(state_->device);
   if (robust) rtcSetSceneFlags(state_->scene, RTC_SCENE_FLAG_ROBUST);
-  RTCGeometry geometry = rtcNewGeometry(state_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(glm::vec3),
-                                           mesh.vertices.size());
-  void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, sizeof(glm::uvec3),
-                                          mesh.triangles.size());
-  if (!vertices || !indices)
-    throw Error(ErrorCode::memory,
-                "Embree could not hold a mesh of " + std::to_string(mesh.triangles.size()) + " triangles");
-  std::memcpy(vertices, mesh.vertices.data(), mesh.vertices.size() * sizeof(glm::vec3));
-  std::memcpy(indices, mesh.triangles.data(), mesh.triangles.size() * sizeof(glm::uvec3));
-  rtcCommitGeometry(geometry);
-  rtcAttachGeometry(state_->scene, geometry);
-  rtcReleaseGeometry(geometry);
+  state_->geometry = rtcNewGeometry(state_->device, grids ? RTC_GEOMETRY_TYPE_GRID : RTC_GEOMETRY_TYPE_TRIANGLE);
+}
+
+void EmbreeScene::fill(const std::vector<glm::vec3>& vertices, const void* faces, std::size_t count, std::size_t bytes,
+                       bool grids) {
+  void* places = rtcSetNewGeometryBuffer(state_->geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                         sizeof(glm::vec3), vertices.size());
+  void* indices = rtcSetNewGeometryBuffer(state_->geometry, grids ? RTC_BUFFER_TYPE_GRID : RTC_BUFFER_TYPE_INDEX, 0,
+                                          grids ? RTC_FORMAT_GRID : RTC_FORMAT_UINT3, bytes, count);
+  if (!places || !indices)
+    throw Error(ErrorCode::memory, "Embree could not hold " + std::to_string(vertices.size()) + " vertices");
+  std::memcpy(places, vertices.data(), vertices.size() * sizeof(glm::vec3));
+  std::memcpy(indices, faces, count * bytes);
+  rtcCommitGeometry(state_->geometry);
+  rtcAttachGeometry(state_->scene, state_->geometry);
+  rtcReleaseGeometry(state_->geometry);
   rtcSetSceneFlags(state_->scene,
                    RTCSceneFlags(rtcGetSceneFlags(state_->scene) | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION));
   rtcCommitScene(state_->scene);
+}
+
+EmbreeScene::EmbreeScene(const TriangleMesh& mesh, bool robust) : state_(std::make_unique<State>()) {
+  begin(robust, false);
+  fill(mesh.vertices, mesh.triangles.data(), mesh.triangles.size(), sizeof(glm::uvec3), false);
+}
+
+EmbreeScene::EmbreeScene(const GridMesh& mesh) : state_(std::make_unique<State>()) {
+  begin(false, true);
+  std::vector<RTCGrid> grids;
+  const auto width = static_cast<unsigned short>(mesh.width);
+  for (std::size_t i = 0; i < mesh.grids; i++)
+    grids.push_back({unsigned(i * mesh.width * mesh.width), mesh.width, width, width});
+  fill(mesh.vertices, grids.data(), grids.size(), sizeof(RTCGrid), true);
 }
 
 EmbreeScene::~EmbreeScene() {

@@ -23,9 +23,17 @@ struct AllHits {
   std::vector<glm::vec3> normals;
 };
 
+// Grids of quadrilaterals, `width` by `width` vertices each, row by row, one grid after the other.
+struct GridMesh {
+  std::vector<glm::vec3> vertices;
+  std::size_t grids = 0;
+  unsigned width = 0;
+};
+
 class EmbreeScene {
  public:
   explicit EmbreeScene(const TriangleMesh& mesh, bool robust = false);
+  explicit EmbreeScene(const GridMesh& mesh);
   ~EmbreeScene();
   EmbreeScene(const EmbreeScene&) = delete;
   EmbreeScene& operator=(const EmbreeScene&) = delete;
@@ -37,6 +45,11 @@ class EmbreeScene {
   void all(const RayBatch& rays, AllHits& hits) const;
 
  private:
+  void begin(bool robust, bool grids);
+  // `count` triangles or grids of so many bytes each.
+  void fill(const std::vector<glm::vec3>& vertices, const void* faces, std::size_t count, std::size_t bytes,
+            bool grids);
+
   struct State;
   std::unique_ptr<State> state_;
 };

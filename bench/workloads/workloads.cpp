@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
@@ -12,6 +13,8 @@
 #include <optional>
 #include <system_error>
 #include <type_traits>
+
+#include "surfaces/parametric/definition.hpp"
 
 namespace smurf::workloads {
 namespace {
@@ -51,11 +54,10 @@ std::optional<std::filesystem::path> found(const std::vector<std::filesystem::pa
   return std::nullopt;
 }
 
-std::optional<std::filesystem::path> test_volume(const std::string& file) {
+std::optional<std::filesystem::path> test_data(const std::string& file) {
   std::vector<std::filesystem::path> candidates;
-  if (const char* folder = std::getenv("SMURF_DATA"))
-    candidates.push_back(std::filesystem::path(folder) / "volumes" / file);
-  candidates.push_back(std::filesystem::path(SMURF_SOURCE_DIR) / "../shared/data/volumes" / file);
+  if (const char* folder = std::getenv("SMURF_DATA")) candidates.push_back(std::filesystem::path(folder) / file);
+  candidates.push_back(std::filesystem::path(SMURF_SOURCE_DIR) / "../shared/data" / file);
   return found(candidates);
 }
 
@@ -182,6 +184,45 @@ void add_mesh(Catalogue& all) {
   add("chords", "random chords of its sphere", random_chords);
 }
 
+// Patches that are seen whole, and chords in all directions; hits are told with patch, u and v. Another surface of two
+// expressions' worth of sines beside it.
+void add_parametric(Catalogue& all) {
+  const TeapotOrRing source = teapot_or_ring();
+  Workload w;
+  w.patches = source.patches;
+  w.sizes = {512, 1024};
+  const std::string model = source.is_teapot ? "teapot of 32 bicubic patches" : "ring of 32 bicubic patches";
+  const auto add = [&](const std::string& name, const std::string& text, Kind kind, std::uint32_t properties,
+                       const std::function<RayBatch(const Bounds&, int)>& rays) {
+    w.name = "W7-" + std::string(source.is_teapot ? "" : "ring-") + name;
+    w.text = model + ", " + text;
+    w.kind = kind;
+    w.properties = properties;
+    w.rays = rays;
+    all.workloads.push_back(w);
+    if (!source.is_teapot) all.missing.push_back({"W7-" + name, source.why_not});
+  };
+  add("camera-first", "camera: first hits and normals", Kind::first_hit, shading, rays_on_the_whole);
+  add("camera-all", "camera: all hits, sorted, with u and v", Kind::all_hits, 0, rays_on_the_whole);
+  add("chords-all", "random chords of its sphere: all hits, sorted, with u and v", Kind::all_hits, 0, random_chords);
+
+  Workload torus;
+  torus.position = {"(2+cos(v))*cos(u)", "(2+cos(v))*sin(u)", "sin(v)"};
+  torus.u = torus.v = {0, 2 * std::numbers::pi};
+  torus.sizes = {512, 1024};
+  torus.rays = rays_on_the_whole;
+  torus.kind = Kind::first_hit;
+  torus.name = "W7-torus-first";
+  torus.text = "torus by expressions of u and v, camera: first hits and normals";
+  torus.properties = shading;
+  all.workloads.push_back(torus);
+  torus.kind = Kind::all_hits;
+  torus.name = "W7-torus-all";
+  torus.text = "torus by expressions of u and v, camera: all hits, sorted, with u and v";
+  torus.properties = 0;
+  all.workloads.push_back(torus);
+}
+
 }  // namespace
 
 CastOptions Workload::cast_options() const {
@@ -192,7 +233,12 @@ CastOptions Workload::cast_options() const {
 }
 
 double Workload::length_unit() const {
-  const glm::dvec3 extent = mesh ? glm::dvec3(mesh().upper() - mesh().lower()) : domain.upper - domain.lower;
+  glm::dvec3 extent = domain.upper - domain.lower;
+  if (mesh) extent = glm::dvec3(mesh().upper() - mesh().lower());
+  if (parametric()) {
+    const Bounds bounds = surface().bounds();
+    extent = bounds.upper - bounds.lower;
+  }
   if (!samples()) return std::max({extent.x, extent.y, extent.z}) / 1024;
   const glm::dmat3 axes = volume().placement().axes;
   return std::min({glm::length(axes[0]), glm::length(axes[1]), glm::length(axes[2])});
@@ -205,6 +251,8 @@ double Workload::value_unit() const {
 
 Surface Workload::surface() const {
   if (mesh) return mesh_surface(mesh());
+  if (patches) return nurbs(patches());
+  if (parametric()) return smurf::parametric(position, u, v);
   if (!samples()) return implicit(equation, domain);
   GridOptions options;
   options.reconstruction = reconstruction;
@@ -214,7 +262,7 @@ Surface Workload::surface() const {
 Catalogue catalogue(std::string_view filter) {
   Catalogue all;
   add_marschner_lobb(all.workloads);
-  if (const auto lobster = test_volume("lobster.nhdr")) {
+  if (const auto lobster = test_data("volumes/lobster.nhdr")) {
     add_whole_volume(all.workloads, "W2", "lobster CT 301x324x56", *lobster, 40.5);
   } else {
     for (const char* name : {"W2-first", "W2-all"})
@@ -230,6 +278,7 @@ Catalogue catalogue(std::string_view filter) {
 
   add_equations(all.workloads);
   add_mesh(all);
+  add_parametric(all);
 
   const std::string wanted = lower(filter);
   auto passed_over = [&](const auto& entry) { return lower(entry.name).find(wanted) == std::string::npos; };
@@ -263,6 +312,44 @@ Mesh bumpy_sphere(std::size_t triangles) {
     }
   }
   return make_mesh(vertices, faces, {.weld = true});
+}
+
+std::vector<Patch> bicubic_ring() {
+  constexpr int around = 8, across = 4;
+  // A cubic's control points of an arc: its ends, and tangents of this length (in radii).
+  const auto arc = [](int parts, int part) {
+    const double angle = 2 * std::numbers::pi / parts, tangent = 4.0 / 3 * std::tan(angle / 4);
+    const auto end = [=](int i) {
+      const double a = angle * (i % parts);
+      return glm::dvec2(std::cos(a), std::sin(a));
+    };
+    const glm::dvec2 from = end(part), to = end(part + 1);
+    return std::array{from, from + tangent * glm::dvec2(-from.y, from.x), to - tangent * glm::dvec2(-to.y, to.x), to};
+  };
+  std::vector<Patch> patches;
+  for (int j = 0; j < across; j++) {
+    for (int i = 0; i < around; i++) {
+      std::vector<glm::dvec4> points;
+      for (const glm::dvec2& small : arc(across, j)) {
+        for (const glm::dvec2& great : arc(around, i)) points.emplace_back((2 + small.x) * great, small.y, 1);
+      }
+      patches.push_back(bezier_patch(3, 3, points));
+    }
+  }
+  return patches;
+}
+
+TeapotOrRing teapot_or_ring() {
+  if (const auto teapot = test_data("patches/teapot.bpt")) {
+    return {lazily([teapot] {
+              const Surface surface = load_nurbs(*teapot);
+              return static_cast<const ParametricSurface&>(surface.model()).patches;
+            }),
+            true, ""};
+  }
+  return {lazily([] { return bicubic_ring(); }), false,
+          "patches/teapot.bpt is neither in $SMURF_DATA nor in shared/data beside the sources; a ring of as many "
+          "patches is measured in its place, by the name of ring"};
 }
 
 BunnyOrSphere bunny_or_sphere() {

@@ -5,6 +5,7 @@
 // visible.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -30,11 +31,14 @@ struct Workload {
   std::vector<int> sizes;        // ascending; square images' widths, or numbers of points
   double isovalue = 0;
   Reconstruction reconstruction = Reconstruction::trilinear;
-  // One of three: samples or a mesh, read or computed at the first call and shared with other workloads; or
+  // One of these: samples, a mesh or patches, read or computed at the first call and shared with other workloads; or
   std::function<Volume()> volume;
   std::function<Mesh()> mesh;
+  std::function<std::vector<Patch>()> patches;
   std::string equation;  // of an implicit surface, and where it is looked at
   Domain domain;
+  std::array<std::string, 3> position{};  // of a surface s(u, v), and its ranges of u and v
+  glm::dvec2 u{0.0}, v{0.0};
   std::function<RayBatch(const Bounds&, int width)> rays;
 
   bool casts() const { return kind != Kind::probe; }
@@ -43,6 +47,7 @@ struct Workload {
   CastOptions cast_options() const;
   Surface surface() const;
   bool samples() const { return bool(volume); }
+  bool parametric() const { return patches || !position[0].empty(); }
   // In what errors are told: of places the grid's shortest step, or for others a pixel of 1024 across the surface's
   // box; of values their range.
   double length_unit() const;
@@ -73,6 +78,17 @@ struct BunnyOrSphere {
 BunnyOrSphere bunny_or_sphere();
 // The sphere with waves of a tenth of its radius, closed, of about so many triangles.
 Mesh bumpy_sphere(std::size_t triangles);
+
+// The teapot of 32 bicubic patches, where the development data is at hand; else a ring of 32 such patches, with which
+// nothing measured on the teapot can be compared, and why.
+struct TeapotOrRing {
+  std::function<std::vector<Patch>()> patches;
+  bool is_teapot = false;
+  std::string why_not;
+};
+TeapotOrRing teapot_or_ring();
+// Eight patches around and four across, closed and nearly a torus.
+std::vector<Patch> bicubic_ring();
 
 // Random chords of the sphere around a box, width² of them: origin and origin + direction are uniform on the sphere and
 // t runs on behind. No two neighbours go together.

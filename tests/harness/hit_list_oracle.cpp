@@ -22,7 +22,7 @@ class HitListRay : public RayOracle {
   std::span<const Root> roots() const override { return roots_; }
   bool doubtful() const override { return doubtful_; }
   Match match(const Hit& hit, const Root& root) const override { return rules_.match(ray_, hit, root); }
-  bool excused(const Hit& hit) const override { return rules_.excused && rules_.excused(ray_, hit.t); }
+  bool excused(const Hit& hit) const override { return rules_.excused && rules_.excused(ray_, hit); }
   double enclosure(const Hit& hit) const override {
     return hit.uncertainty + (rules_.rounding ? rules_.rounding(ray_) : 0);
   }

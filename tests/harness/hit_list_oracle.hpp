@@ -15,7 +15,7 @@ struct HitListRules {
   // Whether root k of the ray's roots must be found; all where it is empty.
   std::function<bool(const Ray& ray, std::span<const Root> roots, std::size_t k)> certain = {};
   // Whether a hit without a root may be there; none where it is empty.
-  std::function<bool(const Ray& ray, double t)> excused = {};
+  std::function<bool(const Ray& ray, const Hit& hit)> excused = {};
   // What rounding adds to the enclosures of flagged hits; nothing where it is empty.
   std::function<double(const Ray& ray)> rounding = {};
   HitStatus claim = HitStatus::isolated;

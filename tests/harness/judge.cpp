@@ -22,8 +22,10 @@ class RayJudge {
  public:
   RayJudge(const HitList& hits, std::size_t index, const RayOracle& oracle, const Ray& ray, HitStatus claim)
       : hits_(hits), index_(index), oracle_(oracle), ray_(ray), claim_(claim), roots_(oracle.roots()) {
-    for (std::size_t i = hits.offsets()[index]; i < hits.offsets()[index + 1]; i++)
+    for (std::size_t i = hits.offsets()[index]; i < hits.offsets()[index + 1]; i++) {
       list_.push_back({i, hits.t()[i], hits.uncertainty()[i], hits.status()[i]});
+      if (!hits.coordinates().empty()) list_.back().place = hits.coordinates()[i];
+    }
   }
 
   Verdict verdict() {
@@ -212,16 +214,22 @@ Verdict judge(const HitList& hits, const Oracle& oracle, const RayBatch& rays) {
 void expect_first(const HitList& all, const HitList& first, const std::string& where) {
   ASSERT_EQ(first.ray_count(), all.ray_count()) << where;
   std::size_t wrong = 0;
+  std::string example;
   for (std::size_t i = 0; i < all.ray_count(); i++) {
     const std::size_t a = all.offsets()[i], f = first.offsets()[i];
     const bool some = all.offsets()[i + 1] > a;
     const std::size_t count = first.offsets()[i + 1] - f;
     if (count != (some ? 1u : 0u) ||
         (some && (first.t()[f] != all.t()[a] || first.status()[f] != all.status()[a] ||
-                  (!all.coordinates().empty() && first.coordinates()[f].part != all.coordinates()[a].part))))
-      wrong++;
+                  (!all.coordinates().empty() && first.coordinates()[f].part != all.coordinates()[a].part)))) {
+      if (wrong++ == 0) {
+        example = fmt::format("; ray {}: {}, not {}", i,
+                              count > 0 ? fmt::format("{:.9g} {}", first.t()[f], name_of(first.status()[f])) : "none",
+                              some ? fmt::format("{:.9g} {}", all.t()[a], name_of(all.status()[a])) : "none");
+      }
+    }
   }
-  EXPECT_EQ(wrong, 0u) << where << ": rays whose first hit is not the first of all hits";
+  EXPECT_EQ(wrong, 0u) << where << ": rays whose first hit is not the first of all hits" << example;
 }
 
 bool same_bytes(const HitList& a, const HitList& b) {

@@ -26,6 +26,7 @@ struct Hit {
   std::size_t index;  // in the list's columns
   double t, uncertainty;
   HitStatus status;
+  SurfaceCoordinates place = {};  // of kinds that have coordinates
 };
 
 using workloads::another_root;

@@ -15,6 +15,7 @@ enum class Quantity {
   same_root,        // voxels: a hit farther from a root is another one's
   location,         // units of rounding of the ray's origin and of its way to the hit
   coordinates,      // of u and v in a triangle
+  place,            // on a surface s(u, v), of its extent, where a ray meets it at a right angle
   frame,            // of lengths and products of unit vectors that are at right angles
   conditioning,     // units of rounding of the field's magnitude, divided by its slope, added to t and to curvature
   normal,           // radians
@@ -99,6 +100,21 @@ inline constexpr std::array tolerance_table{
     Tolerance{Quantity::coordinates, "mesh", Precision::float32, 1e-5,
               "weights by sums of two floats: off by their rounding to floats, and more in triangles that the ray "
               "nearly lies in"},
+    Tolerance{Quantity::t, "parametric", Precision::float32, 2,
+              "t is a float, and the sum of two, as for implicit surfaces; beside the stated uncertainty"},
+    Tolerance{Quantity::place, "parametric", Precision::float32, 1e-6,
+              "the promise of the library: of t across the surface, and of the place on it"},
+    Tolerance{
+        Quantity::place, "parametric, nearest", Precision::float32, 2e-6,
+        "distances, of which the least is flat: four roundings of coordinates of the size of the extent and more"},
+    Tolerance{Quantity::flagged_rays, "parametric", Precision::float32, 1e-4, "the promise of the library"},
+    Tolerance{Quantity::normal, "parametric", Precision::float32, 1e-5,
+              "first derivatives of a few dozen float operations"},
+    Tolerance{Quantity::curvature, "parametric", Precision::float32, 1e-4, "the promise of the library"},
+    Tolerance{Quantity::curvature_floor, "parametric", Precision::float32, 1e-2,
+              "of the inverse of the extent: a radius of a hundred extents is flat"},
+    Tolerance{Quantity::conditioning, "parametric", Precision::float32, 16,
+              "of second derivatives by the squares of the first: a few dozen float operations"},
     Tolerance{
         Quantity::t, "black box", Precision::float32, 4,
         "t and the coordinates are rounded where the ray enters, where it is sampled and where the hit is, and once "

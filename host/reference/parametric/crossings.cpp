@@ -35,7 +35,7 @@ bool is_flat(const ReferenceFacet& facet, double extent) {
   return normal != dvec3(0.0);
 }
 
-bool is_stretch(const LineRoot& root, double extent) { return root.high - root.low > 9e-3 * extent; }
+bool is_stretch(const LineRoot& root, double extent) { return root.high - root.low > longest_contact * extent; }
 
 // Joins what is one root: found from two cells or from both sides of a knot, or within what another stands for.
 std::vector<LineRoot> distinct(std::vector<LineRoot> roots, const std::vector<std::unique_ptr<ReferenceFacet>>& facets,
@@ -58,10 +58,27 @@ std::vector<LineRoot> distinct(std::vector<LineRoot> roots, const std::vector<st
         other.high = std::max(other.high, root.high);
         return true;
       }
-      if (!other.is_single())
-        return std::abs(root.t - other.t) <= near && glm::distance(root.place, other.place) <= near;
-      return std::abs(root.u - other.u) <= same_parameter * range.x &&
-             std::abs(root.v - other.v) <= same_parameter * range.y && glm::distance(root.place, other.place) <= near;
+      if (!other.is_single()) {
+        const double touching = same_place * extent;
+        if (root.low > other.high + touching || root.high < other.low - touching ||
+            glm::distance(root.place, other.place) > near + root.high - root.low)
+          return false;
+        other.low = std::min(other.low, root.low);
+        other.high = std::max(other.high, root.high);
+        return true;
+      }
+      if (!(glm::distance(root.place, other.place) <= near + root.rounding + other.rounding)) return false;
+      // Next to a pole rounding leaves little of the coordinate around it, and places are all there is to compare.
+      const dvec2 rounding = root.parameter_rounding + other.parameter_rounding;
+      if (rounding.x > 1e-5 * range.x || rounding.y > 1e-5 * range.y) return root.slope * other.slope >= 0;
+      // Across a seam, too, where rounding may have moved one of them over it.
+      const dvec2 apart = glm::abs(dvec2(root.u - other.u, root.v - other.v));
+      for (int axis = 0; axis < 2; axis++) {
+        const double same = same_parameter * range[axis];
+        const bool moved = rounding[axis] > same && range[axis] - apart[axis] <= rounding[axis];
+        if (apart[axis] > same + rounding[axis] && !moved) return false;
+      }
+      return true;
     });
     if (!known) kept.push_back(root);
   }
@@ -125,13 +142,13 @@ std::vector<ParametricCrossing> ReferenceCrossings::find(const dvec3& origin, co
   std::vector<ParametricCrossing> crossings;
   const auto add = [&](const LineRoot& root) {
     const double tolerance = search.tolerance(), slope = std::abs(root.slope);
-    ParametricCrossing c{.facet = root.facet, .u = root.u, .v = root.v, .t = root.t, .place = root.place};
+    // By rounding, or within a gap, a root may lie a little outside.
+    const ReferenceFacet& facet = *facets_[root.facet];
+    const dvec2 at = glm::clamp(dvec2(root.u, root.v), facet.part_lower, facet.part_upper);
+    ParametricCrossing c{.facet = root.facet, .u = at.x, .v = at.y, .t = root.t, .place = root.place};
     c.slope = root.slope;
     if (root.is_single()) {
-      // The other root is then so near that nothing lies between them.
-      const bool is_double = slope * slope <= 4 * tolerance / extent_;
-      c.uncertainty = is_double ? std::sqrt(tolerance * extent_) : tolerance / slope;
-      c.status = is_double ? HitStatus::tangent : HitStatus::isolated;
+      c.uncertainty = tolerance / slope;
     } else {
       c.t = 0.5 * (std::max(root.low, near) + std::min(root.high, far));
       c.uncertainty = 0.5 * (std::min(root.high, far) - std::max(root.low, near));
@@ -146,7 +163,8 @@ std::vector<ParametricCrossing> ReferenceCrossings::find(const dvec3& origin, co
   for (std::uint32_t i = 0; i < borders_.poles().size(); i++) {
     const ReferencePole& pole = borders_.poles()[i];
     const double t = glm::dot(pole.position - start, d), aside = glm::distance(pole.position, start + t * d);
-    const double reach = 1e-12 * extent_ + 8 * rounding + pole.radius;
+    // Farther than roots may lie outside of the range, where the surface goes on beyond the pole.
+    const double reach = 1e-11 * extent_ + 8 * rounding + pole.radius;
     if (aside > reach || t < near - reach || t > far + reach) continue;
     for (std::size_t k = 0; k < roots.size(); k++) {
       const bool there = glm::distance(roots[k].place, pole.position) <= 2 * reach + same_place * extent_;
@@ -189,10 +207,18 @@ std::vector<ParametricCrossing> ReferenceCrossings::find(const dvec3& origin, co
       flagged = flagged || !roots[other.root].is_single();
     }
     std::ranges::sort(members, earlier);
-    const auto sheets = std::size_t(std::max(1, members.size() > 1 && !flagged ? sheets_passed(fans, d) : 1));
-    // What is flagged stands for all of them.
-    if (flagged)
-      std::ranges::stable_sort(members, std::greater<>(), [&](std::size_t i) { return roots[i].high - roots[i].low; });
+    const auto sheets = std::size_t(std::max(1, members.size() > 1 ? sheets_passed(fans, d) : 1));
+    if (flagged) {
+      // One stands for all of them, on both sides of the border.
+      LineRoot all =
+          roots[*std::ranges::max_element(members, {}, [&](std::size_t i) { return roots[i].high - roots[i].low; })];
+      for (const std::size_t i : members) {
+        all.low = std::min(all.low, roots[i].low);
+        all.high = std::max(all.high, roots[i].high);
+      }
+      add(all);
+      continue;
+    }
     for (std::size_t i = 0; i < std::min(sheets, members.size()); i++) add(roots[members[i]]);
   }
 

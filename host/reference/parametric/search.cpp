@@ -14,7 +14,6 @@ using glm::dvec3;
 
 constexpr int deepest = 8;        // halvings of cells that the surface may run along the line in
 constexpr double inside = 1e-12;  // of the range, by which a root may lie outside
-constexpr double grazing = 1e-8;  // sine of the angle, below which the line may run within the surface
 
 bool is_finite(const dvec3& p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
 bool is_finite(const dvec2& p) { return std::isfinite(p.x) && std::isfinite(p.y); }
@@ -47,7 +46,8 @@ LineSearch::LineSearch(const std::vector<std::unique_ptr<ReferenceFacet>>& facet
       direction_(direction),
       low_(low),
       high_(high),
-      tolerance_(1e-13 * extent + rounding) {
+      tolerance_(1e-13 * extent + rounding),
+      noise_(2e-15 * extent + rounding) {
   const dvec3 axis = std::abs(direction.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
   e1_ = glm::normalize(glm::cross(direction, axis));
   e2_ = glm::cross(direction, e1_);
@@ -95,10 +95,15 @@ void LineSearch::take(std::uint32_t facet, const dvec2& at, const ReferenceJet& 
   const double length = glm::length(normal);
   const double t = glm::dot(jet.s - origin_, direction_),
                slope = length > 0 ? glm::dot(normal, direction_) / length : 0;
-  if (length > 1e-9 * glm::length(jet.u) * glm::length(jet.v) && std::abs(slope) < grazing &&
-      take_stretch(facet, at, t))
+  // Two roots that are so near to each other that nothing lies between them, or more.
+  const bool touches = slope * slope <= 4 * tolerance_ / extent_;
+  if (touches && length > 1e-9 * glm::length(jet.u) * glm::length(jet.v)) {
+    take_contact(facet, at, t);
     return;
-  roots_.push_back({facet, at.x, at.y, t, t, t, jet.s, slope});
+  }
+  const double reach = 16 * noise_ / std::max(std::abs(slope), 1e-7);
+  roots_.push_back(
+      {facet, at.x, at.y, t, t, t, jet.s, slope, reach, reach / dvec2(glm::length(jet.u), glm::length(jet.v))});
 }
 
 // Newton's iteration; steps are cut to the cell's size.
@@ -113,11 +118,17 @@ LineSearch::Outcome LineSearch::iterate(std::uint32_t facet, const Start& start)
     if (!is_finite(move)) return Outcome::none;
     const double most = std::max(std::abs(move.x) / start.size.x, std::abs(move.y) / start.size.y);
     if (glm::length(off) <= tolerance_) {
-      // One more step, if it does what it should.
-      if (most < 1e-3) {
+      // More steps, while they do what they should.
+      double least = glm::length(off);
+      for (int more = 0; more < 6 && most < 1e-2; more++) {
         const dvec2 better = at + move;
         const ReferenceJet again = f.at(better.x, better.y, 1);
-        if (glm::length(across(again.s - origin_)) <= glm::length(off)) at = better, jet = again;
+        const dvec2 still_off = across(again.s - origin_);
+        if (!(glm::length(still_off) < least)) break;
+        least = glm::length(still_off);
+        at = better;
+        jet = again;
+        move = -solve(across(jet.u), across(jet.v), still_off);
       }
       take(facet, at, jet);
       return Outcome::root;
@@ -198,11 +209,12 @@ void LineSearch::look_along(const ReferenceCell& cell) {
     const dvec2 along = tangent_coordinates(p, direction_);
     const double bend =
         glm::dot(p.uu * along.x * along.x + 2.0 * p.uv * along.x * along.y + p.vv * along.y * along.y, normal);
-    if (std::abs(distance) <= tolerance_ && in_domain(cell.facet, at, p)) {
-      if (take_stretch(cell.facet, at, t)) return;
-      const double reach = std::min(std::sqrt(2 * tolerance_ / std::abs(bend)), 1e-3 * extent_);
-      roots_.push_back({cell.facet, at.x, at.y, t, t - reach, t + reach, p.s, 0});
-    } else if (distance * bend < 0) {
+    // At creases the iteration may stop where there is no fold.
+    const bool is_fold = std::abs(glm::dot(normal, direction_)) < 1e-6;
+    if (is_fold && std::abs(distance) <= tolerance_ && in_domain(cell.facet, at, p)) {
+      take_contact(cell.facet, at, t);
+      return;
+    } else if (is_fold && distance * bend < 0) {
       const double step = std::sqrt(-2 * distance / bend);
       const dvec2 moved = step * along;
       // Newton's iteration from either side of a fold leads to the root on that side.
@@ -240,7 +252,8 @@ std::optional<dvec2> LineSearch::project(std::uint32_t facet, const dvec2& from,
 // How far from t the line stays within the surface.
 double LineSearch::follow(std::uint32_t facet, dvec2 at, double t, double step) const {
   double end = t;
-  while (std::abs(step) > 1e-12 * extent_) {
+  // No line lies within the surface for longer than the surface is; but rounding may, of rays from very far away.
+  while (std::abs(step) > 1e-12 * extent_ && std::abs(end - t) < 2 * extent_) {
     const auto next = project(facet, at, end + step);
     if (next && end + step >= low_ - extent_ && end + step <= high_ + extent_) {
       at = *next;
@@ -252,22 +265,26 @@ double LineSearch::follow(std::uint32_t facet, dvec2 at, double t, double step) 
   return end;
 }
 
-bool LineSearch::take_stretch(std::uint32_t facet, const dvec2& at, double t) {
-  // Between these there is the contact of a higher order, whose enclosure is short.
-  constexpr double shortest = 1e-2;
-  const double first = 1e-4 * extent_;
-  if (!project(facet, at, t - first) && !project(facet, at, t + first)) return false;
+void LineSearch::take_contact(std::uint32_t facet, const dvec2& at, double t) {
+  const bool known = std::ranges::any_of(roots_, [&](const LineRoot& r) {
+    return r.facet == facet && !r.is_single() && r.low <= t && t <= r.high &&
+           glm::distance(r.place, origin_ + t * direction_) <= r.high - r.low;
+  });
+  if (known) return;
   const double step = extent_ / 64;
   const double begin = follow(facet, at, t, -step), end = follow(facet, at, t, step);
-  if (end - begin < shortest * extent_) return false;
-  for (LineRoot& root : roots_) {
-    if (root.facet == facet && root.high - root.low >= shortest * extent_ && root.low <= t && t <= root.high)
-      return true;
-  }
-  roots_.push_back({facet, at.x, at.y, 0.5 * (begin + end), begin, end, origin_ + 0.5 * (begin + end) * direction_, 0});
-  const auto middle = project(facet, at, 0.5 * (begin + end));
-  if (middle) roots_.back().u = middle->x, roots_.back().v = middle->y;
-  return true;
+  const bool is_long = end - begin > longest_contact * extent_;
+  const double middle = is_long ? 0.5 * (begin + end) : t;
+  const dvec2 there = is_long ? project(facet, at, middle).value_or(at) : at;
+  // Where it cannot be followed there are still the points that count as the root.
+  const double least = std::sqrt(tolerance_ * extent_) * (end - begin < 1e-9 * extent_ ? 1 : 0);
+  roots_.push_back({.facet = facet,
+                    .u = there.x,
+                    .v = there.y,
+                    .t = middle,
+                    .low = begin - least,
+                    .high = end + least,
+                    .place = origin_ + middle * direction_});
 }
 
 }  // namespace smurf

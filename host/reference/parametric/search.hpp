@@ -12,6 +12,9 @@
 
 namespace smurf {
 
+// A contact that is longer, relative to the extent, is a line within the surface.
+constexpr double longest_contact = 1e-2;
+
 struct LineRoot {
   std::uint32_t facet = 0;
   double u = 0, v = 0;
@@ -19,6 +22,8 @@ struct LineRoot {
   double low = 0, high = 0;  // what the root stands for, in t; both t for a single one
   glm::dvec3 place{0.0};
   double slope = 0;
+  double rounding = 0;  // of the place
+  glm::dvec2 parameter_rounding{0.0};
   bool is_single() const { return low == high; }
 };
 
@@ -44,7 +49,8 @@ class LineSearch {
   bool within_stretch(const ReferenceCell& cell) const;
   Outcome iterate(std::uint32_t facet, const Start& start);
   void take(std::uint32_t facet, const glm::dvec2& at, const ReferenceJet& jet);
-  bool take_stretch(std::uint32_t facet, const glm::dvec2& at, double t);
+  // Where the line touches the surface, or lies within it: everything along it that is not off by more than rounding.
+  void take_contact(std::uint32_t facet, const glm::dvec2& at, double t);
   double follow(std::uint32_t facet, glm::dvec2 at, double t, double step) const;
   std::optional<glm::dvec2> project(std::uint32_t facet, const glm::dvec2& from, double t) const;
   bool in_domain(std::uint32_t facet, const glm::dvec2& at, const ReferenceJet& jet) const;
@@ -54,7 +60,7 @@ class LineSearch {
   const ReferenceBorders& borders_;
   double extent_;
   glm::dvec3 origin_, direction_, e1_, e2_;
-  double low_, high_, tolerance_;
+  double low_, high_, tolerance_, noise_;
   std::vector<LineRoot> roots_;
 };
 

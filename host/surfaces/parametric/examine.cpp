@@ -166,7 +166,14 @@ Bounds bounds_of(const PieceSource& source) {
   for (const Hull& hull : hulls) seen.add(hull);
   if (seen.is_empty()) throw Error(ErrorCode::input, "the surface is undefined in all of its range");
   parallel_for(pieces, [&](std::size_t i) { hulls[i] = hull_of_piece(source, i, seen, budget); });
+  const Hull samples_alone = seen;
   for (const Hull& hull : hulls) seen.add(hull);
+  // What rounding alone adds is left out, so that round numbers stay round.
+  const double rounding = 1e-11 * greatest(seen.upper - seen.lower);
+  for (int axis = 0; axis < 3; axis++) {
+    if (samples_alone.lower[axis] - seen.lower[axis] <= rounding) seen.lower[axis] = samples_alone.lower[axis];
+    if (seen.upper[axis] - samples_alone.upper[axis] <= rounding) seen.upper[axis] = samples_alone.upper[axis];
+  }
   if (!(size_of(seen.lower) < 1e30) || !(size_of(seen.upper) < 1e30))
     throw Error(ErrorCode::input, "the surface reaches as far as 1e30, where floats end");
   return {seen.lower, seen.upper};

@@ -8,7 +8,7 @@
 
 namespace smurf {
 
-// Of all pieces: encloses the surface, and is larger by 1e-4 of its extent at most, but where nothing better than
+// Of all pieces: encloses the surface but for rounding, and is larger by 1e-4 of its extent at most, but where nothing better than
 // samples is known. Throws Error (input) when the surface goes to infinity, or is defined nowhere.
 Bounds bounds_of(const PieceSource& source);
 

@@ -165,7 +165,7 @@ class ShapeRoots {
                                 return !((k > 0 && t - roots[k - 1].t < gap) ||
                                          (k + 1 < roots.size() && roots[k + 1].t - t < gap) || outside(at(ray, t)));
                               },
-                          .excused = [this](const Ray& ray, double t) { return outside(at(ray, t)); },
+                          .excused = [this](const Ray& ray, const Hit& hit) { return outside(at(ray, hit.t)); },
                           .claim = HitStatus::bracketed,
                           .doubtful_when_flagged = false});
   }

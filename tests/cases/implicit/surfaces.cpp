@@ -74,7 +74,7 @@ HitListOracle oracle_of(const Surface& surface, const HitList& truth) {
              return off <= 1 ? Match{off, off} : Match{};
            },
        .certain = [=](const Ray& ray, std::span<const Root> roots, std::size_t k) { return inside(ray, roots[k].t); },
-       .excused = [=](const Ray& ray, double t) { return !inside(ray, t); },
+       .excused = [=](const Ray& ray, const Hit& hit) { return !inside(ray, hit.t); },
        .rounding = rounding});
 }
 
