@@ -110,7 +110,7 @@ void RayBoxes::search() {
       if (!k.is_met) continue;
       if (auto one = enclosure(box, plane, k)) {
         one->is_undecided = true;
-        open_.push_back(*one);
+        kept_.emplace_back(*one, box);
       }
     }
     waiting_.swap(next);
@@ -267,8 +267,7 @@ void RayBoxes::look(Box box, std::vector<Box>& next) {
   const double area = glm::length(plane.a) * glm::length(plane.b) * glm::length(ray_.direction);
   const bool is_small = plane.lengths() < smallest_open * extent_ && std::abs(k.determinant) <= grazing * area;
   if ((side < 0 && (sum(plane.e) <= 0.5 * plane.error || is_small)) || box.depth >= deepest) {
-    open_.push_back(*here);
-    kept_.push_back(box);
+    kept_.emplace_back(*here, box);
     return;
   }
   if (side >= 0) return halve(box, side / 2, true, next);
@@ -438,24 +437,36 @@ void RayBoxes::refine_open() {
              high.y <= a.box.upper.y;
     });
   };
-  // Those that stay as they are stand first.
-  std::vector<OpenBox> fixed;
-  std::vector<std::pair<OpenBox, Box>> now;
-  for (const OpenBox& o : open_) {
-    const auto kept = std::ranges::find_if(
-        kept_, [&](const Box& box) { return box.piece == o.piece && box.centre == o.at && box.half == o.half; });
-    if (kept == kept_.end()) {
-      fixed.push_back(o);
-    } else if (!is_told(o)) {
-      now.emplace_back(o, *kept);
+  std::erase_if(kept_, [&](const auto& one) { return is_told(one.first); });
+  std::vector<std::pair<OpenBox, Box>> now = std::move(kept_);
+  if (now.size() > many_open) {
+    // Those amid others stay as they are.
+    const auto by_start = [](const auto& one) { return std::pair(one.first.low, one.first.high); };
+    std::ranges::sort(now, {}, by_start);
+    std::vector<std::pair<OpenBox, Box>> ends;
+    for (std::size_t i = 0, next; i < now.size(); i = next) {
+      double high = now[i].first.high;
+      for (next = i + 1; next < now.size() && now[next].first.low <= high; next++)
+        high = std::max(high, now[next].first.high);
+      for (std::size_t k = i; k < next; k++) {
+        const OpenBox& o = now[k].first;
+        const double size = o.high - o.low;
+        const bool is_end = o.low < now[i].first.low + 0.5 * size || o.high > high - 0.5 * size;
+        if (is_end && ends.size() < 2 * many_open) {
+          ends.push_back(now[k]);
+        } else {
+          open_.push_back(o);
+        }
+      }
     }
+    now.swap(ends);
   }
   for (int round = 0; round < 64; round++) {
     const double length = glm::length(ray_.direction);
     const bool many = now.size() > many_open;
     std::ranges::sort(now, {}, [](const auto& one) { return std::pair(one.first.low, one.first.high); });
     std::vector<std::pair<OpenBox, Box>> then;
-    std::vector<Box> halves;
+    std::vector<std::pair<Box, bool>> halves;
     double reached = -infinity;
     for (std::size_t i = 0; i < now.size(); i++) {
       const auto& [o, box] = now[i];
@@ -473,7 +484,7 @@ void RayBoxes::refine_open() {
       const PatchPoint p = source_.at(box.piece, box.centre.x, box.centre.y);
       const bool in_u = glm::length(p.u) * box.half.x >= glm::length(p.v) * box.half.y;
       Box known = box;
-      if (box.leaf) {
+      if (box.leaf || box.bounds < 0) {
         const std::optional<PieceBounds> bounds = leaf_bounds(source_, box.piece, box.centre, box.half);
         if (!bounds) {
           then.push_back(now[i]);
@@ -482,19 +493,22 @@ void RayBoxes::refine_open() {
         known.bounds = int(bounds_.size());
         bounds_.push_back(*bounds);
       }
-      halve(known, in_u ? 0 : 1, false, halves);
+      std::vector<Box> two;
+      halve(known, in_u ? 0 : 1, false, two);
+      for (const Box& half : two) halves.emplace_back(half, o.is_undecided);
     }
     if (halves.empty()) break;
-    for (const Box& half : halves) {
+    for (const auto& [half, is_undecided] : halves) {
       const Plane plane = plane_of(half);
       const Meeting k = meet(plane, slack_of(half, plane));
       if (!k.is_met) continue;
-      const auto one = enclosure(half, plane, k);
-      if (one && !is_told(*one)) then.emplace_back(*one, half);
+      auto one = enclosure(half, plane, k);
+      if (!one || is_told(*one)) continue;
+      one->is_undecided = is_undecided;
+      then.emplace_back(*one, half);
     }
     now.swap(then);
   }
-  open_ = std::move(fixed);
   for (const auto& one : now) open_.push_back(one.first);
 }
 

@@ -7,6 +7,7 @@
 #include <glm/glm.hpp>
 #include <map>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "patches/leaves.hpp"
@@ -111,7 +112,8 @@ class RayBoxes {
   const double low_, high_, gap_;
   std::vector<PieceBounds> bounds_;
   std::map<std::uint32_t, glm::dvec3> flat_;
-  std::vector<Box> waiting_, kept_;  // kept: those of open_
+  std::vector<Box> waiting_;
+  std::vector<std::pair<OpenBox, Box>> kept_;  // to be told more closely before they go to open_
   std::vector<BoxRoot> roots_;
   std::vector<OpenBox> open_;
   struct Alone {
