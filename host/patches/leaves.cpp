@@ -55,22 +55,6 @@ class Splitter {
   }
 
  private:
-  // The second derivatives over the box, on the way that the remainder needs; nothing where they have no bounds.
-  std::optional<PieceBounds> wide_bounds(const Box& box) const {
-    const glm::dvec2 centre = 0.5 * (box.box.lower + box.box.upper), half = 0.5 * (box.box.upper - box.box.lower);
-    ParameterBox wide{centre - leaf_reach * half, centre + leaf_reach * half};
-    std::optional<PieceBounds> bounds = source_.bounds(box.piece, wide);
-    if (bounds) return bounds;
-    const ParameterBox range = source_.range(box.piece);
-    wide = {glm::max(wide.lower, range.lower), glm::min(wide.upper, range.upper)};
-    return source_.bounds(box.piece, wide);
-  }
-
-  static glm::dvec3 remainder(const PieceBounds& bounds, const glm::dvec2& half) {
-    return leaf_reach * (1 + 1e-6) *
-           (bounds.uu * (half.x * half.x) + 2.0 * bounds.uv * (half.x * half.y) + bounds.vv * (half.y * half.y));
-  }
-
   PatchLeaf leaf_of(const Box& box) const {
     PatchLeaf leaf;
     leaf.piece = box.piece;
@@ -87,10 +71,10 @@ class Splitter {
     leaf.a = leaf.half.x * p.u;
     leaf.b = leaf.half.y * p.v;
     const double length_a = glm::length(leaf.a), length_b = glm::length(leaf.b);
-    const std::optional<PieceBounds> bounds = wide_bounds(box);
+    const std::optional<PieceBounds> bounds = leaf_bounds(source_, box.piece, leaf.centre, leaf.half);
     const bool known = bounds && is_finite(leaf.m) && is_finite(leaf.a) && is_finite(leaf.b);
     if (!known) return undefined(box, leaf);
-    leaf.e = remainder(*bounds, leaf.half);
+    leaf.e = leaf_remainder(*bounds, leaf.half);
     leaf.error = bounds->error;
 
     const double shorter = std::min(length_a, length_b);
@@ -132,9 +116,9 @@ class Splitter {
     const double length_a = glm::length(leaf.a), length_b = glm::length(leaf.b);
     if (too_wide(box, leaf)) return length_a > length_b ? 0 : 1;
     const double in_u =
-        glm::length(remainder(bounds, {0.5 * leaf.half.x, leaf.half.y})) / std::min(0.5 * length_a, length_b);
+        glm::length(leaf_remainder(bounds, {0.5 * leaf.half.x, leaf.half.y})) / std::min(0.5 * length_a, length_b);
     const double in_v =
-        glm::length(remainder(bounds, {leaf.half.x, 0.5 * leaf.half.y})) / std::min(length_a, 0.5 * length_b);
+        glm::length(leaf_remainder(bounds, {leaf.half.x, 0.5 * leaf.half.y})) / std::min(length_a, 0.5 * length_b);
     if (in_u < in_v) return 0;
     if (in_v < in_u) return 1;
     if (length_a != length_b) return length_a < length_b ? 0 : 1;  // one is 0: only of its own halves it may be none
@@ -303,6 +287,21 @@ std::vector<Part> split_once(const Splitter& splitter, std::vector<Part> parts) 
 }
 
 }  // namespace
+
+std::optional<PieceBounds> leaf_bounds(const PieceSource& source, std::size_t piece, const glm::dvec2& centre,
+                                       const glm::dvec2& half) {
+  ParameterBox wide{centre - leaf_reach * half, centre + leaf_reach * half};
+  std::optional<PieceBounds> bounds = source.bounds(piece, wide);
+  if (bounds) return bounds;
+  const ParameterBox range = source.range(piece);
+  wide = {glm::max(wide.lower, range.lower), glm::min(wide.upper, range.upper)};
+  return source.bounds(piece, wide);
+}
+
+glm::dvec3 leaf_remainder(const PieceBounds& bounds, const glm::dvec2& half) {
+  return leaf_reach * (1 + 1e-6) *
+         (bounds.uu * (half.x * half.x) + 2.0 * bounds.uv * (half.x * half.y) + bounds.vv * (half.y * half.y));
+}
 
 std::vector<PatchLeaf> make_leaves(const PieceSource& source, const PatchTopology& topology, double extent,
                                    const std::function<void(std::size_t done, std::size_t total)>& progress) {

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <functional>
 #include <glm/glm.hpp>
+#include <optional>
 #include <vector>
 
 #include "patches/piece_source.hpp"
@@ -57,5 +58,12 @@ constexpr double widest_cap = 5e-4, flat_cap = 1e-8, small_cap = 1e-4;
 // size (at singular places) stay regular with a greater e. Calls `progress` as build_bvh does.
 std::vector<PatchLeaf> make_leaves(const PieceSource& source, const PatchTopology& topology, double extent,
                                    const std::function<void(std::size_t done, std::size_t total)>& progress = {});
+
+// What bounds the remainder of a box: over leaf_reach times the box, or what of that lies within the range where the
+// piece is undefined beyond it; nothing where there are no bounds.
+std::optional<PieceBounds> leaf_bounds(const PieceSource& source, std::size_t piece, const glm::dvec2& centre,
+                                       const glm::dvec2& half);
+// The remainder e that these bounds make, of any box within.
+glm::dvec3 leaf_remainder(const PieceBounds& bounds, const glm::dvec2& half);
 
 }  // namespace smurf

@@ -22,13 +22,14 @@
 
 namespace smurf {
 
-// Per hit. `isolated`: proved to be exactly one root. `tangent`: the field stays within rounding of the
-// surface over the whole enclosure, which may hold no root, one, or several. `unresolved`: the enclosure
-// could not be decided (for instance a ray that starts on the surface). Surfaces given by expressions: hits that floats
+// Per hit. `isolated`: proved to be exactly one root. `tangent`: the field stays within rounding of the surface over
+// the whole enclosure, which may hold no root, one, or several. `unresolved`: the enclosure could not be decided (for
+// instance a ray that starts on the surface). Surfaces given by expressions, and surfaces s(u, v): hits that floats
 // leave open are decided in double precision, so that rounding is that of doubles; double roots stay, and enclosures
-// hold the roots of the expression with its constants in double. `bracketed` (black boxes, which are known by their
-// values alone): the computed values at the ends of the enclosure have opposite signs, or one is 0; a continuous
-// function has a root there. Nothing is proved: other roots between samples may have been missed.
+// hold the roots of the expression with its constants in double. A ray that lies in a surface s(u, v) over a stretch
+// has one `unresolved` hit for it, but none on a flat patch. `bracketed` (black boxes, which are known by their values
+// alone): the computed values at the ends of the enclosure have opposite signs, or one is 0; a continuous function has
+// a root there. Nothing is proved: other roots between samples may have been missed.
 enum class HitStatus : std::uint32_t { isolated = 1, tangent = 2, unresolved = 3, bracketed = 4 };
 std::string_view name_of(HitStatus status);
 

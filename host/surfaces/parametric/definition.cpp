@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <mutex>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -13,6 +15,8 @@
 #include "expression/parser.hpp"
 #include "patches/bezier_source.hpp"
 #include "patches/expression_source.hpp"
+#include "patches/leaves.hpp"
+#include "patches/ray_roots.hpp"
 #include "smurf/error.hpp"
 #include "surfaces/parametric/examine.hpp"
 
@@ -196,8 +200,13 @@ std::string rational_text(const std::vector<Patch>& patches) {
 
 }  // namespace
 
+struct ParametricSurface::Roots {
+  std::once_flag made{};
+  std::optional<RayRoots> rays{};
+};
+
 ParametricSurface::ParametricSurface(ParametricExpressions given)
-    : SurfaceDefinition(SurfaceKind::parametric), expressions(std::move(given)) {
+    : SurfaceDefinition(SurfaceKind::parametric), expressions(std::move(given)), roots_(std::make_shared<Roots>()) {
   require_ranges(expressions);
   require_defined(expressions, position_of(expressions));
   pieces_ = std::make_shared<const ExpressionSource>(
@@ -212,7 +221,7 @@ ParametricSurface::ParametricSurface(ParametricExpressions given)
 }
 
 ParametricSurface::ParametricSurface(std::vector<Patch> given)
-    : SurfaceDefinition(SurfaceKind::parametric), patches(std::move(given)) {
+    : SurfaceDefinition(SurfaceKind::parametric), patches(std::move(given)), roots_(std::make_shared<Roots>()) {
   if (patches.empty()) fail("a NURBS surface needs one patch at least");
   for (std::size_t i = 0; i < patches.size(); i++) {
     const std::string what = fmt::format("patch {}", i);
@@ -229,6 +238,27 @@ ParametricSurface::ParametricSurface(std::vector<Patch> given)
     require_area(*source, begin, end, extent, fmt::format("patch {}", patch));
   }
   topology_ = join_pieces(*pieces_, extent, {});
+}
+
+RootResolver ParametricSurface::root_resolver() const {
+  return [this](const Ray& ray, double low, double high, std::vector<ResolvedRoot>& resolved) {
+    std::call_once(roots_->made, [this] {
+      const double extent = extent_of(bounds_);
+      roots_->rays.emplace(*pieces_, topology_, make_leaves(*pieces_, topology_, extent), extent);
+    });
+    const auto* bezier = patches.empty() ? nullptr : dynamic_cast<const BezierSource*>(pieces_.get());
+    std::vector<PatchRoot> found;
+    roots_->rays->find(dvec3(ray.origin), dvec3(ray.direction), low, high, found);
+    for (const PatchRoot& root : found) {
+      SurfaceCoordinates at{0, float(root.u), float(root.v)};
+      if (bezier) {
+        const BezierPiece& piece = bezier->pieces()[root.piece];
+        const dvec2 place = piece.lower + dvec2(root.u, root.v) * (piece.upper - piece.lower);
+        at = {piece.patch, float(place.x), float(place.y)};
+      }
+      resolved.push_back({root.root, at});
+    }
+  };
 }
 
 std::uint32_t ParametricSurface::properties() const {

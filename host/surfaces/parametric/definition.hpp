@@ -37,6 +37,7 @@ class ParametricSurface : public SurfaceDefinition {
   }
   std::size_t parts() const override { return patches.empty() ? 1 : patches.size(); }
   std::vector<Fact> facts() const override;
+  RootResolver root_resolver() const override;
 
   // One of the two is given; with expressions there are no patches.
   const ParametricExpressions expressions;
@@ -49,6 +50,9 @@ class ParametricSurface : public SurfaceDefinition {
   std::shared_ptr<const PieceSource> pieces_;
   PatchTopology topology_;
   Bounds bounds_;  // of the surface, closely
+  // Made when a hit is first asked about.
+  struct Roots;
+  std::shared_ptr<Roots> roots_;
 };
 
 }  // namespace smurf
