@@ -171,6 +171,9 @@ class Splitter {
       const bool least = side % 2 == 0;
       const bool touches = least ? box.box.lower[d] == range.lower[d] : box.box.upper[d] == range.upper[d];
       if (!borders.collapsed[std::size_t(side)] || !touches) continue;
+      // Far from the side nothing is known of the way there: the opposite side may be collapsed as well.
+      if (box.box.upper[d] - box.box.lower[d] > 0.25 * (range.upper[d] - range.lower[d]))
+        return Outcome{d, leaf_of(box)};
       const auto opposite = [&](double part) {
         glm::dvec2 place;
         place[d] = least ? box.box.upper[d] : box.box.lower[d];
