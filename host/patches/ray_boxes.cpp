@@ -357,7 +357,9 @@ void RayBoxes::add_root(const Box& box, const dvec2& at, const dvec2& off, BoxRo
     root.is_outside = root.is_outside || at[d] < range.lower[d] || at[d] > range.upper[d];
     const auto side = std::size_t(2 * d + end[std::size_t(d)]);
     const std::uint32_t edge = borders.edges[side];
-    if (edge != no_edge) root.edges[std::size_t(d)] = int(2 * edge + (borders.turned[side] ? 1 : 0));
+    root.edges[std::size_t(d)] = edge == no_edge ? open_edge : int(2 * edge + (borders.turned[side] ? 1 : 0));
+    root.sides[std::size_t(d)] = int(side);
+    root.along[std::size_t(d)] = (at[1 - d] - range.lower[1 - d]) / (range.upper[1 - d] - range.lower[1 - d]);
   }
   if (end[0] >= 0 && end[1] >= 0) root.vertex = borders.vertices[std::size_t(end[0] + 2 * end[1])];
   root.at = glm::clamp(at, range.lower, range.upper);

@@ -32,14 +32,20 @@ double gap_of(const PatchTopology& topology, double extent);
 
 constexpr std::uint32_t no_vertex = 0xffffffffu;
 
+constexpr int open_edge = -2;
+
 struct BoxRoot {
   std::uint32_t piece = 0;
   glm::dvec2 at{0.0}, alone{0.0};  // within so much of u and v it is the only one in its piece
   double t = 0, t_error = 0;
-  double reach = 0;                  // by how much t may differ from that of the same root in another piece
-  int side = 0;                      // 1 or -1: how the surface is crossed; 0 where it is not known
-  bool is_outside = false;           // beyond the border of its piece, by rounding or a gap
-  std::array<int, 2> edges{-1, -1};  // 2·number, and 1 more where the surface turns over
+  double reach = 0;         // by how much t may differ from that of the same root in another piece
+  int side = 0;             // 1 or -1: how the surface is crossed; 0 where it is not known
+  bool is_outside = false;  // beyond the border of its piece, by rounding or a gap
+  // At a border in u, in v: 2·number of the edge, and 1 more where the surface turns over; open_edge where no other side
+  // is that edge as a whole; -1 where it is at none. Then which side of its piece it is, and how far along it.
+  std::array<int, 2> edges{-1, -1};
+  std::array<int, 2> sides{};
+  std::array<double, 2> along{};
   std::uint32_t vertex = no_vertex;
   bool is_pole = false;
   glm::dvec3 place{0.0};

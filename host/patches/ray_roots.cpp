@@ -17,19 +17,37 @@ using glm::dvec2;
 using glm::dvec3;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double along_edge = 1e-3;       // by how much places along an edge may differ, in parts of it
 constexpr double near_border = 1e-9;      // of the extent: what lies beyond a box or a stretch by less is looked at
 constexpr double longest_tangent = 9e-3;  // of the extent: along longer ones the ray lies in the surface
 constexpr std::uint32_t most_in_node = 4;
 
 // ---- What is told once
 
-// Whether two roots at borders are at the same edge or vertex: 0, or 1, or -1 where the surface turns over there.
-int related(const BoxRoot& a, const BoxRoot& b) {
+// Two roots at borders in directions d and e that are one edge: 1, or -1 where the surface turns over between them; 0
+// where they are at different places along it. As kernels/patch/roots.inc.
+int at_edge(const BoxRoot& a, std::size_t d, const BoxRoot& b, std::size_t e) {
+  const bool turned = (a.edges[d] & 1) != 0, same = a.piece == b.piece && a.sides[d] == b.sides[e];
+  const auto runs_with = [](int side) { return side == 1 || side == 2; };
+  const bool reversed = !same && ((runs_with(a.sides[d]) == runs_with(b.sides[e])) != turned);
+  const double along = reversed ? 1 - b.along[e] : b.along[e];
+  if (std::abs(a.along[d] - along) > along_edge) return 0;
+  return turned && !same ? -1 : 1;
+}
+
+// Whether two roots at borders are at the same place of an edge, or with `by_vertex` at the same vertex: 0, or 1, or -1
+// where the surface turns over between them.
+int related(const BoxRoot& a, const BoxRoot& b, bool by_vertex) {
   if (std::abs(a.t - b.t) > 4 * (a.reach + b.reach)) return 0;
-  for (const int edge : a.edges) {
-    if (edge >= 0 && (edge == b.edges[0] || edge == b.edges[1])) return (edge & 1) != 0 ? -1 : 1;
+  if (by_vertex) return a.vertex != no_vertex && a.vertex == b.vertex ? 1 : 0;
+  for (std::size_t d = 0; d < 2; d++) {
+    for (std::size_t e = 0; e < 2; e++) {
+      if (a.edges[d] == open_edge && b.edges[e] == open_edge && a.piece != b.piece) return 1;
+      if (a.edges[d] < 0 || b.edges[e] < 0 || a.edges[d] / 2 != b.edges[e] / 2) continue;
+      if (const int at = at_edge(a, d, b, e); at != 0) return at;
+    }
   }
-  return a.vertex != no_vertex && a.vertex == b.vertex ? 1 : 0;
+  return 0;
 }
 
 bool is_same(const BoxRoot& a, const BoxRoot& b) {
@@ -46,22 +64,44 @@ void join(std::vector<BoxRoot>& roots) {
     if (std::ranges::none_of(distinct, [&](const BoxRoot& other) { return is_same(root, other); }))
       distinct.push_back(root);
   }
-  roots.clear();
-  for (std::size_t i = 0; i < distinct.size(); i++) {
-    const BoxRoot& root = distinct[i];
-    bool same = false, over = false, drop = false;
-    for (std::size_t j = 0; j < distinct.size(); j++) {
-      const BoxRoot& other = distinct[j];
-      const int relation = j == i ? 0 : related(root, other);
-      if (relation == 0) continue;
-      if (root.side == relation * other.side) {
-        same = true;
-        drop = drop || j < i;  // those that are inside come first
-      } else {
-        over = over || !other.is_outside;
+  // Groups of related roots, and whether the surface turns over on the way to a group's first.
+  std::vector<std::size_t> group(distinct.size());
+  std::iota(group.begin(), group.end(), std::size_t(0));
+  std::vector<int> turn(distinct.size(), 1);
+  for (const bool by_vertex : {false, true}) {
+    for (std::size_t i = 0; i < distinct.size(); i++) {
+      for (std::size_t j = 0; j < i; j++) {
+        const int relation = group[i] == group[j] ? 0 : related(distinct[i], distinct[j], by_vertex);
+        if (relation == 0) continue;
+        const std::size_t from = group[i], to = group[j];
+        const int turned = relation * turn[i] * turn[j];
+        for (std::size_t k = 0; k < distinct.size(); k++) {
+          if (group[k] != from) continue;
+          group[k] = to;
+          turn[k] *= turned;
+        }
       }
     }
-    if (!drop && !(root.is_outside && !same && !over)) roots.push_back(root);
+  }
+  roots.clear();
+  for (std::size_t g = 0; g < distinct.size(); g++) {
+    std::optional<std::size_t> up, down;  // those that are inside come first
+    std::size_t count = 0;
+    bool inside = false, shared = true;
+    for (std::size_t k = 0; k < distinct.size(); k++) {
+      if (group[k] != g) continue;
+      count++;
+      inside = inside || !distinct[k].is_outside;
+      shared = shared && distinct[k].edges[0] != open_edge && distinct[k].edges[1] != open_edge;
+      std::optional<std::size_t>& best = distinct[k].side * turn[k] >= 0 ? up : down;
+      if (!best) best = k;
+    }
+    // A silhouette that no piece has inside is passed by. What is outside by rounding alone, at an edge whose other
+    // side tells nothing, lies along a piece that the ray runs in: such pieces are not hit, and their edges are.
+    if (!inside && up && down) continue;
+    if (!inside && count == 1 && !shared) continue;
+    if (up) roots.push_back(distinct[*up]);
+    if (down) roots.push_back(distinct[*down]);
   }
 }
 
