@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <iostream>
@@ -23,6 +24,7 @@
 #include "harness/tolerances.hpp"
 #include "io/patch_file.hpp"
 #include "smurf/interrogator.hpp"
+#include "surfaces/parametric/definition.hpp"
 #include "truth/parametric.hpp"
 #include "truth/parametric_rays.hpp"
 #include "truth/patches.hpp"
@@ -214,6 +216,11 @@ void expect_once_at_edges(const std::string& name, const std::vector<Patch>& pat
     // Where patches are bent so much that the ray leaves them again close by.
     EXPECT_LE(flagged, rays.size() / 200 + 1) << name << ", " << device.label;
     if (wrong == 0) continue;
+    // A patch that is bent may be crossed twice there: then the reference says so, too.
+    RayBatch doubted(1);
+    doubted.set(0, rays[first_wrong]);
+    const HitList exact = Interrogator(reference_device(), one.surface).cast(doubted, {.hits = Hits::all});
+    if (wrong == 1 && exact.size() == hits.offsets()[first_wrong + 1] - hits.offsets()[first_wrong]) continue;
     const auto& [a, b] = aimed.patches[first_wrong];
     ADD_FAILURE() << name << ", " << device.label << ": " << wrong << " of " << rays.size()
                   << " rays are not told once at the edge; the first: ray " << first_wrong << " at the edge of patches "
@@ -271,8 +278,41 @@ TEST(PatchEdges, Corners) {
 
 // ---- Closed models
 
+// Sides that no other side meets as a whole: there the model is not known to be closed.
+using Segments = std::vector<std::array<dvec3, 2>>;
+Segments open_sides(const Surface& surface) {
+  const auto& model = dynamic_cast<const ParametricSurface&>(surface.model());
+  constexpr int count = 32;
+  Segments segments;
+  for (std::size_t piece = 0; piece < model.pieces().size(); piece++) {
+    const PieceBorders& borders = model.topology().pieces[piece];
+    for (std::size_t side = 0; side < 4; side++) {
+      if (borders.edges[side] != no_edge || borders.collapsed[side]) continue;
+      const auto place = [&](int i) {
+        const double along = double(i) / count, end = side % 2 == 0 ? 0 : 1;
+        const dvec2 at = side < 2 ? dvec2(end, along) : dvec2(along, end);
+        return model.pieces().at(piece, at.x, at.y).position;
+      };
+      for (int i = 0; i < count; i++) segments.push_back({place(i), place(i + 1)});
+    }
+  }
+  return segments;
+}
+
+double distance_to(const Segments& segments, const Ray& line) {
+  const dvec3 d = glm::normalize(dvec3(line.direction)), o(line.origin);
+  const auto across = [&](const dvec3& p) { return p - d * glm::dot(p, d); };
+  double least = HUGE_VAL;
+  for (const auto& [from, to] : segments) {
+    const dvec3 a = across(from - o), edge = across(to - o) - a;
+    const double square = glm::dot(edge, edge), part = square > 0 ? -glm::dot(a, edge) / square : 0;
+    least = std::min(least, glm::length(a + edge * std::clamp(part, 0.0, 1.0)));
+  }
+  return least;
+}
+
 void expect_even(const std::string& name, const std::vector<Patch>& patches, std::size_t lines,
-                 bool report_only = false) {
+                 bool report_only = false, bool is_flat = false) {
   TestDevice* device = test_device("opencl");
   if (!device) {
     report_missing("OpenCL");
@@ -281,6 +321,8 @@ void expect_even(const std::string& name, const std::vector<Patch>& patches, std
   const Case one = case_of(name, patches);
   const Interrogator query(device->device, one.surface);
   const RaySources sources = sources_of(patches);
+  const Segments open = open_sides(one.surface);
+  const double gap = 1e-4 * glm::length(sources.box.upper - sources.box.lower);
   std::vector<RayFamily> batches;
   for (RayFamily& family : parametric_families(sources, lines, lines / 50, 31))
     if (family.valid) batches.push_back(std::move(family));
@@ -305,16 +347,22 @@ void expect_even(const std::string& name, const std::vector<Patch>& patches, std
     std::ranges::fill(whole.component(RayBatch::t_min), -whole_line);
     std::ranges::fill(whole.component(RayBatch::t_max), whole_line);
     const HitList hits = query.cast(whole, {.hits = Hits::all});
-    const std::size_t odd = odd_rays(hits), flagged = flagged_rays(hits);
+    const std::size_t flagged = flagged_rays(hits);
+    std::size_t odd = 0, first = whole.size();
+    for (std::size_t i = 0; i < whole.size(); i++) {
+      const bool even = (hits.offsets()[i + 1] - hits.offsets()[i]) % 2 == 0;
+      if (even || is_flagged(hits, i) || distance_to(open, whole[i]) < gap) continue;
+      // Flat faces are not hit by lines that run in them, and their edges are all that tells: floats may lose one.
+      const glm::vec3 d = whole[i].direction;
+      if (is_flat && std::abs(d.z) < 1e-6f * glm::length(d)) continue;
+      odd++;
+      first = std::min(first, i);
+    }
     if (report_only || family.random) {
       std::cerr << "  " << name << ", " << family.name << ": " << whole.size() << " lines, " << hits.size() << " hits, "
                 << odd << " odd, " << flagged << " flagged\n";
     }
     if (report_only) continue;
-    std::size_t first = 0;
-    while (first < whole.size() &&
-           (is_flagged(hits, first) || (hits.offsets()[first + 1] - hits.offsets()[first]) % 2 == 0))
-      first++;
     EXPECT_EQ(odd, 0u) << name << ", " << family.name << ": of " << whole.size() << " lines, the first is " << first
                        << "\n  replay: "
                        << one.replay(name + " even", whole[std::min(first, whole.size() - 1)], "opencl");
@@ -339,7 +387,7 @@ TEST(PatchHits, LinesCrossTheEggEvenly) {
 
 TEST(PatchHits, LinesCrossTheLettersEvenly) {
   if (!has_shared_data("patches/gismo/g_plus_s_surf.json")) GTEST_SKIP();
-  expect_even("letters", load_patches(shared_data("patches/gismo/g_plus_s_surf.json")), closed_lines());
+  expect_even("letters", load_patches(shared_data("patches/gismo/g_plus_s_surf.json")), closed_lines(), false, true);
 }
 
 TEST(PatchHits, SharedModels) {
