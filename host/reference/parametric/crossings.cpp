@@ -166,11 +166,33 @@ std::vector<ParametricCrossing> ReferenceCrossings::find(const dvec3& origin, co
     // Farther than roots may lie outside of the range, where the surface goes on beyond the pole.
     const double reach = 1e-11 * extent_ + 8 * rounding + pole.radius;
     if (aside > reach || t < near - reach || t > far + reach) continue;
+    std::optional<LineRoot> contact;
     for (std::size_t k = 0; k < roots.size(); k++) {
-      const bool there = glm::distance(roots[k].place, pole.position) <= 2 * reach + same_place * extent_;
-      at_pole[k] = at_pole[k] || (there && roots[k].is_single());
+      const LineRoot& root = roots[k];
+      const double near = 2 * reach + same_place * extent_ + (root.high - root.low);
+      if (glm::distance(root.place, pole.position) > near) continue;
+      if (root.is_single()) {
+        at_pole[k] = true;
+        continue;
+      }
+      // A contact that the pole is within stands for it, and for those of the other facets there.
+      if (t < root.low - reach || t > root.high + reach) continue;
+      at_pole[k] = true;
+      if (!contact) contact = root;
+      contact->low = std::min(contact->low, root.low);
+      contact->high = std::max(contact->high, root.high);
     }
-    for (ParametricCrossing& c : at(pole, i, d)) {
+    std::vector<ParametricCrossing> found = at(pole, i, d);
+    if (contact) {
+      if (!is_stretch(*contact, extent_)) {
+        contact->facet = found.front().facet;
+        contact->u = found.front().u;
+        contact->v = found.front().v;
+      }
+      add(*contact);
+      continue;
+    }
+    for (ParametricCrossing& c : found) {
       c.t = t;
       c.uncertainty = reach;
       crossings.push_back(c);

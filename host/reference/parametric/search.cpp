@@ -106,12 +106,63 @@ void LineSearch::take(std::uint32_t facet, const dvec2& at, const ReferenceJet& 
       {facet, at.x, at.y, t, t, t, jet.s, slope, reach, reach / dvec2(glm::length(jet.u), glm::length(jet.v))});
 }
 
+// Of thin cells steps are measured by their length, too: how the surface bends along it moves places across it by a
+// part of that.
+LineSearch::Start LineSearch::start_in(const ReferenceCell& cell, const dvec2& at) const {
+  constexpr double thinnest = 0.5;
+  const ReferenceFacet& f = *facets_[cell.facet];
+  const ReferenceJet jet = f.at(cell.middle().x, cell.middle().y, 1);
+  const dvec2 size = cell.upper - cell.lower, speed(glm::length(jet.u), glm::length(jet.v));
+  Start start{at, size};
+  for (int axis = 0; axis < 2; axis++) {
+    const double wide = thinnest * size[1 - axis] * speed[1 - axis] / speed[axis];
+    if (wide > size[axis]) start.size[axis] = std::min(wide, std::max(size[axis], f.range()[axis]));
+  }
+  for (int side = 0; side < 4; side++) {
+    const int axis = side / 2;
+    const bool there = side % 2 == 0 ? cell.lower[axis] == f.lower[axis] : cell.upper[axis] == f.upper[axis];
+    if (there && borders_.side(cell.facet, side).pole != no_pole) start.pole = side;
+  }
+  return start;
+}
+
+// Where a step leads that is taken within the surface. Around a pole parameters are polar coordinates: on a straight
+// way that passes by it the one around it turns, by as much as half a turn, which steps of parameters do not follow.
+dvec2 LineSearch::around_pole(std::uint32_t facet, const Start& start, const dvec2& at, const ReferenceJet& jet,
+                              dvec2 move) const {
+  const ReferenceFacet& f = *facets_[facet];
+  const int out = start.pole / 2, around = 1 - out;
+  const double end = start.pole % 2 == 0 ? f.lower[out] : f.upper[out], inwards = start.pole % 2 == 0 ? 1 : -1;
+  const double radius = inwards * (at[out] - end);
+  // With p = radius·c(a), c'' = -turning²·c, but for the part along c'.
+  const double bend = tangent_coordinates(jet, around == 0 ? jet.uu : jet.vv)[out] * inwards;
+  const double turning = std::sqrt(-bend / radius);
+  if (!(radius > 0) || !(turning > 0) || !std::isfinite(turning)) return at + move;
+  double along = inwards * move[out], across = radius * turning * move[around];
+  const double most = std::hypot(along, across) / start.size[out];
+  if (most > 1) along /= most, across /= most;
+  dvec2 next = at;
+  next[out] = end + inwards * std::hypot(radius + along, across);
+  next[around] += std::atan2(across, radius + along) / turning;
+  return next;
+}
+
+// The same place within the range, where the facet is closed around a pole.
+dvec2 LineSearch::within_turn(std::uint32_t facet, int axis, const dvec2& at) const {
+  const ReferenceFacet& f = *facets_[facet];
+  dvec2 other = at;
+  other[axis] -= f.range()[axis] * std::floor((at[axis] - f.lower[axis]) / f.range()[axis]);
+  if (other[axis] == at[axis]) return at;
+  const double apart = glm::distance(f.at(at.x, at.y, 0).s, f.at(other.x, other.y, 0).s);
+  return apart <= tolerance_ ? other : at;
+}
+
 // Newton's iteration; steps are cut to the cell's size.
 LineSearch::Outcome LineSearch::iterate(std::uint32_t facet, const Start& start) {
   const ReferenceFacet& f = *facets_[facet];
   dvec2 at = start.at;
   for (int step = 0; step < 60; step++) {
-    ReferenceJet jet = f.at(at.x, at.y, 1);
+    ReferenceJet jet = f.at(at.x, at.y, start.pole < 0 ? 1 : 2);
     if (!is_finite(jet.s) || !is_finite(jet.u) || !is_finite(jet.v)) return Outcome::none;
     const dvec2 off = across(jet.s - origin_);
     dvec2 move = -solve(across(jet.u), across(jet.v), off);
@@ -130,12 +181,16 @@ LineSearch::Outcome LineSearch::iterate(std::uint32_t facet, const Start& start)
         jet = again;
         move = -solve(across(jet.u), across(jet.v), still_off);
       }
+      if (start.pole >= 0) at = within_turn(facet, start.pole < 2 ? 1 : 0, at);
       take(facet, at, jet);
       return Outcome::root;
     }
-    if (most > 1) move /= most;
-    at += move;
-    const dvec2 away = glm::abs(at - start.at) / start.size;
+    const dvec2 cut = most > 1 ? move / most : move;
+    at = start.pole < 0 ? at + cut : around_pole(facet, start, at, jet, move);
+    dvec2 away = glm::abs(at - start.at) / start.size;
+    // Once around a pole, and a half, whichever of its sectors it is started in.
+    const int around = start.pole < 2 ? 1 : 0;
+    if (start.pole >= 0) away[around] = std::abs(at[around] - start.at[around]) / (0.5 * f.range()[around]);
     if (away.x > 3 || away.y > 3) return Outcome::left;
   }
   return Outcome::none;
@@ -149,15 +204,20 @@ void LineSearch::look_into(const ReferenceCell& cell, bool flat) {
 
 void LineSearch::look(const ReferenceCell& cell, int depth) {
   if (cell.defined == 0 || passes(cell)) return;
-  const dvec2 size = cell.upper - cell.lower;
   const bool crossed =
       cell.spread < 1 && std::abs(glm::dot(cell.normal, direction_)) > std::sin(std::min(cell.spread, 1.5)) + 1e-3;
   if (crossed) {
     const ReferenceJet jet = facets_[cell.facet]->at(cell.middle().x, cell.middle().y, 1);
     const dvec2 move = -solve(across(jet.u), across(jet.v), across(jet.s - origin_));
+    Start start = start_in(cell, cell.middle());
+    if (start.pole >= 0) {
+      const std::size_t before = roots_.size();
+      if (iterate(cell.facet, start) == Outcome::root && roots_.size() > before) return;
+      start.pole = -1;
+    }
     // So far away there is another cell to find it from.
-    if (std::abs(move.x) > 1.5 * size.x || std::abs(move.y) > 1.5 * size.y) return;
-    if (iterate(cell.facet, {cell.middle(), size}) == Outcome::root) return;
+    if (std::abs(move.x) > 1.5 * start.size.x || std::abs(move.y) > 1.5 * start.size.y) return;
+    if (iterate(cell.facet, start) == Outcome::root) return;
   }
   if (depth < (crossed ? 2 : deepest)) {
     if (!crossed && within_stretch(cell)) return;
@@ -227,7 +287,7 @@ void LineSearch::look_along(const ReferenceCell& cell) {
   }
   for (const dvec2& start :
        {cell.middle(), cell.lower, cell.upper, dvec2(cell.lower.x, cell.upper.y), dvec2(cell.upper.x, cell.lower.y)})
-    iterate(cell.facet, {start, size});
+    iterate(cell.facet, start_in(cell, start));
 }
 
 // The parameters next to `from` of the point of the surface next to the line's point at t, if that is on the surface.

@@ -40,6 +40,7 @@ class LineSearch {
  private:
   struct Start {
     glm::dvec2 at{0.0}, size{0.0};  // size: of the cell, which steps are measured by
+    int pole = -1;                  // the side next to it that is a pole
   };
   enum class Outcome { root, left, none };
 
@@ -48,6 +49,10 @@ class LineSearch {
   bool passes(const ReferenceCell& cell) const;
   bool within_stretch(const ReferenceCell& cell) const;
   Outcome iterate(std::uint32_t facet, const Start& start);
+  Start start_in(const ReferenceCell& cell, const glm::dvec2& at) const;
+  glm::dvec2 around_pole(std::uint32_t facet, const Start& start, const glm::dvec2& at, const ReferenceJet& jet,
+                         glm::dvec2 move) const;
+  glm::dvec2 within_turn(std::uint32_t facet, int axis, const glm::dvec2& at) const;
   void take(std::uint32_t facet, const glm::dvec2& at, const ReferenceJet& jet);
   // Where the line touches the surface, or lies within it: everything along it that is not off by more than rounding.
   void take_contact(std::uint32_t facet, const glm::dvec2& at, double t);
