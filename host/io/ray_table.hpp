@@ -22,8 +22,8 @@ struct PointTable {
   bool has_directions = false;
 };
 
-// Columns x, y, z and optionally dx, dy, dz (all or none); or, for kinds with surface coordinates, of which `names` says
-// what part, u and v are called, these columns.
+// Columns x, y, z and optionally dx, dy, dz (all or none); or, for kinds with surface coordinates, of which `names`
+// says what part, u and v are called, these columns.
 PointTable read_points(const std::filesystem::path& file, const std::vector<std::string_view>& names = {});
 
 }  // namespace smurf

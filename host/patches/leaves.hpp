@@ -41,10 +41,10 @@ struct PatchLeaf {
 };
 
 // A leaf is split while e is longer than this part of |a| or |b|. Of rays from all directions that cross the leaf about
-// 1 % are then too oblique to be certified there; with 0.35 it is 3 % of a third as many leaves, with 0.7 11 % of a ninth
-// (teapot, torus). The first is the fastest on devices: 28 million camera rays of the teapot a second, against 22 with
-// 0.4. Within an eighth of a piece from a collapsed side, e is mostly due to the tangent along the side, which falls to
-// 0 there: the first limit would make far more leaves.
+// 1 % are then too oblique to be certified there; with 0.35 it is 3 % of a third as many leaves, with 0.7 11 % of a
+// ninth (teapot, torus). The first is the fastest on devices: 28 million camera rays of the teapot a second, against 22
+// with 0.4. Within an eighth of a piece from a collapsed side, e is mostly due to the tangent along the side, which
+// falls to 0 there: the first limit would make far more leaves.
 constexpr double largest_remainder = 0.2, largest_graded_remainder = 0.5;
 // Of `extent`: no leaf is wider; caps begin where less is left to the collapsed side; smaller leaves are not split.
 constexpr double widest_leaf = 0.125, cap_size = 2e-5, smallest_leaf = 1e-6;

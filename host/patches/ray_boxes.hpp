@@ -41,8 +41,8 @@ struct BoxRoot {
   double reach = 0;         // by how much t may differ from that of the same root in another piece
   int side = 0;             // 1 or -1: how the surface is crossed; 0 where it is not known
   bool is_outside = false;  // beyond the border of its piece, by rounding or a gap
-  // At a border in u, in v: 2·number of the edge, and 1 more where the surface turns over; open_edge where no other side
-  // is that edge as a whole; -1 where it is at none. Then which side of its piece it is, and how far along it.
+  // At a border in u, in v: 2·number of the edge, and 1 more where the surface turns over; open_edge where no other
+  // side is that edge as a whole; -1 where it is at none. Then which side of its piece it is, and how far along it.
   std::array<int, 2> edges{-1, -1};
   std::array<int, 2> sides{};
   std::array<double, 2> along{};

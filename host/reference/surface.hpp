@@ -35,7 +35,7 @@ struct ReferenceHit {
 struct ReferencePoint {
   double value;  // NaN where undefined, and for kinds without a field
   SurfaceFrame frame;
-  SurfaceCoordinates coordinates = {};  // of kinds that have them
+  SurfaceCoordinates coordinates = {};                            // of kinds that have them
   glm::dvec3 location{std::numeric_limits<double>::quiet_NaN()};  // of the surface point, of kinds with coordinates
 };
 

@@ -1,5 +1,5 @@
-// Cases of surfaces s(u, v), as descriptors of the general form (case.hpp): hits against exact roots with their u and
-// v, or against the reference's; and what is measured there against derivatives that come from no text of the library's.
+// Cases of surfaces s(u, v), as descriptors of the general form (case.hpp): hits against exact roots with their u and v,
+// or against the reference's; and what is measured there against derivatives that come from no text of the library.
 #pragma once
 
 #include <cmath>
@@ -75,8 +75,8 @@ PointOracle parametric_points(std::span<const SurfaceCoordinates> places, double
 Case case_of(const ParametricScene& scene);
 Case case_of(const std::string& name, const std::vector<Patch>& patches);
 
-// Programs of an expression are its own, and every device compiles them for seconds: what is asked of expressions beside
-// `everywhere` runs on one device of each executor, on all with SMURF_TEST_DENSE.
+// Programs of an expression are its own, and every device compiles them for seconds: what is asked of expressions
+// beside `everywhere` runs on one device of each executor, on all with SMURF_TEST_DENSE.
 std::vector<TestDevice> devices_for_expressions(bool everywhere = false);
 
 // Whether a hit of the ray is tangent or unresolved.

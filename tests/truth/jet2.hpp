@@ -1,5 +1,5 @@
-// Functions of u and v with their first and second derivatives, by the rules of calculus: what test surfaces are written
-// in, so that their derivatives come from no text of the library's.
+// Functions of u and v with their first and second derivatives, by the rules of calculus: what test surfaces are
+// written in, so that their derivatives come from no text of the library's.
 #pragma once
 
 #include <cmath>
