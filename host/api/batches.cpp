@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <bit>
 #include <optional>
+#include <stdexcept>
 
 #include "api/properties.hpp"
 #include "api/resolve_hits.hpp"
@@ -262,6 +263,7 @@ class DeviceQueries final : public SurfaceQueries {
   // As many at a time as there is room for.
   void finish_listed(const Tile& tile, int capacity, bool first_only, std::size_t open, int room_hits) {
     const std::size_t words = std::size_t(surface_->room_words()) * std::size_t(room_hits);
+    if (words == 0) throw std::logic_error("a kind without room for open rays has left some");
     if (words > most_room)
       throw Error(ErrorCode::memory,
                   fmt::format("a ray has more than {} hits that must be told apart: there is no room "

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "kernels/layout/records.inc"
 #include "smurf/error.hpp"
 
 namespace smurf {
@@ -99,7 +100,7 @@ TEST_P(VulkanTransfers, SharesOddSizesAndPlaces) {
 }
 
 // Per block the sum of its counts, the greatest of them, and the first that is negative (or -1).
-constexpr std::size_t block_words = 4;  // what count_blocks writes for each block of rays
+constexpr std::size_t block_words = BLOCK_WORDS;  // what count_blocks writes for each block of rays
 
 void count_blocks(VulkanExecutor& executor, DeviceBuffer* counts, DeviceBuffer* blocks, int count, int block) {
   launch(executor, Program{KernelId::count_blocks, {}, {}},
