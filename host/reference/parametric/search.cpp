@@ -101,7 +101,9 @@ void LineSearch::take(std::uint32_t facet, const dvec2& at, const ReferenceJet& 
     take_contact(facet, at, t);
     return;
   }
-  const double reach = 16 * noise_ / std::max(std::abs(slope), 1e-7);
+  // Where steps did not come as near as that, the place is off by what is left.
+  const double left = std::max(16 * noise_, 2 * glm::length(across(jet.s - origin_)));
+  const double reach = left / std::max(std::abs(slope), 1e-7);
   roots_.push_back(
       {facet, at.x, at.y, t, t, t, jet.s, slope, reach, reach / dvec2(glm::length(jet.u), glm::length(jet.v))});
 }
@@ -147,8 +149,8 @@ dvec2 LineSearch::around_pole(std::uint32_t facet, const Start& start, const dve
   return next;
 }
 
-// Whether a root is found from places ever nearer to the pole, as far as the line passes by it: from farther off the
-// bend of the surface may lead to another sector.
+// Whether roots are found from places ever nearer to the pole, as far as the line passes by it: from farther off the
+// bend of the surface may lead to another sector, or to the root behind the fold.
 bool LineSearch::look_towards_pole(const ReferenceCell& cell, const Start& start) {
   constexpr double nearer = 1.0 / 32;
   const ReferenceFacet& f = *facets_[cell.facet];
@@ -161,11 +163,11 @@ bool LineSearch::look_towards_pole(const ReferenceCell& cell, const Start& start
   const std::size_t before = roots_.size();
   Start next = start;
   for (int i = 0; i < 8; i++) {
-    if (iterate(cell.facet, next) == Outcome::root && roots_.size() > before) return true;
+    iterate(cell.facet, next);
     if (!(std::abs(next.at[out] - end) > aside)) break;
     next.at[out] = end + nearer * (next.at[out] - end);
   }
-  return false;
+  return roots_.size() > before;
 }
 
 // The same place within the range, where the facet is closed around a pole.
