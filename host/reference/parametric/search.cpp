@@ -192,18 +192,24 @@ LineSearch::Outcome LineSearch::iterate(std::uint32_t facet, const Start& start)
     if (!is_finite(move)) return Outcome::none;
     const double most = std::max(std::abs(move.x) / start.size.x, std::abs(move.y) / start.size.y);
     if (glm::length(off) <= tolerance_) {
-      // More steps, while they do what they should. Around a pole short ones may turn far.
+      // More steps, of which the best is kept. Around a pole short ones may turn far, and lead away at first.
       const bool near = most < 1e-2 || glm::length(move.x * jet.u + move.y * jet.v) < 1e-6 * extent_;
       double least = glm::length(off);
-      for (int more = 0; more < 6 && near; more++) {
-        const dvec2 better = at + move;
+      dvec2 better = at;
+      for (int more = 0; more < 8 && near; more++) {
+        better += move;
         const ReferenceJet again = f.at(better.x, better.y, 1);
         const dvec2 still_off = across(again.s - origin_);
-        if (!(glm::length(still_off) < least)) break;
-        least = glm::length(still_off);
+        move = -solve(across(again.u), across(again.v), still_off);
+        const double left = glm::length(still_off);
+        if (!(left < 100 * tolerance_) || !is_finite(move)) break;
+        if (!(left < least)) {
+          if (least <= noise_) break;
+          continue;
+        }
+        least = left;
         at = better;
         jet = again;
-        move = -solve(across(jet.u), across(jet.v), still_off);
       }
       if (start.pole >= 0) at = within_turn(facet, start.pole < 2 ? 1 : 0, at);
       take(facet, at, jet);
