@@ -169,7 +169,10 @@ std::vector<ParametricCrossing> ReferenceCrossings::find(const dvec3& origin, co
     std::optional<LineRoot> contact;
     for (std::size_t k = 0; k < roots.size(); k++) {
       const LineRoot& root = roots[k];
-      const double near = 2 * reach + same_place * extent_ + (root.high - root.low);
+      // A line that grazes is next to the pole for longer; but not as far as to its other root there.
+      const double slope = std::abs(root.slope);
+      const double along = slope > 0 ? std::min(2 * reach / slope, 0.1 * slope * extent_) : 0;
+      const double near = 2 * reach + along + same_place * extent_ + (root.high - root.low);
       if (glm::distance(root.place, pole.position) > near) continue;
       if (root.is_single()) {
         at_pole[k] = true;

@@ -101,7 +101,9 @@ void LineSearch::take(std::uint32_t facet, const dvec2& at, const ReferenceJet& 
     take_contact(facet, at, t);
     return;
   }
-  const double reach = 16 * noise_ / std::max(std::abs(slope), 1e-7);
+  // Where steps did not come as near as that, the place is off by what is left.
+  const double left = std::max(16 * noise_, 2 * glm::length(across(jet.s - origin_)));
+  const double reach = left / std::max(std::abs(slope), 1e-7);
   roots_.push_back(
       {facet, at.x, at.y, t, t, t, jet.s, slope, reach, reach / dvec2(glm::length(jet.u), glm::length(jet.v))});
 }
@@ -147,6 +149,27 @@ dvec2 LineSearch::around_pole(std::uint32_t facet, const Start& start, const dve
   return next;
 }
 
+// Whether roots are found from places ever nearer to the pole, as far as the line passes by it: from farther off the
+// bend of the surface may lead to another sector, or to the root behind the fold.
+bool LineSearch::look_towards_pole(const ReferenceCell& cell, const Start& start) {
+  constexpr double nearer = 1.0 / 32;
+  const ReferenceFacet& f = *facets_[cell.facet];
+  const int out = start.pole / 2;
+  const double end = start.pole % 2 == 0 ? f.lower[out] : f.upper[out];
+  dvec2 pole = start.at;
+  pole[out] = end;
+  const ReferenceJet jet = f.at(pole.x, pole.y, 1);
+  const double aside = glm::length(across(jet.s - origin_)) / glm::length(out == 0 ? jet.u : jet.v);
+  const std::size_t before = roots_.size();
+  Start next = start;
+  for (int i = 0; i < 8; i++) {
+    iterate(cell.facet, next);
+    if (!(std::abs(next.at[out] - end) > aside)) break;
+    next.at[out] = end + nearer * (next.at[out] - end);
+  }
+  return roots_.size() > before;
+}
+
 // The same place within the range, where the facet is closed around a pole.
 dvec2 LineSearch::within_turn(std::uint32_t facet, int axis, const dvec2& at) const {
   const ReferenceFacet& f = *facets_[facet];
@@ -169,17 +192,24 @@ LineSearch::Outcome LineSearch::iterate(std::uint32_t facet, const Start& start)
     if (!is_finite(move)) return Outcome::none;
     const double most = std::max(std::abs(move.x) / start.size.x, std::abs(move.y) / start.size.y);
     if (glm::length(off) <= tolerance_) {
-      // More steps, while they do what they should.
+      // More steps, of which the best is kept. Around a pole short ones may turn far, and lead away at first.
+      const bool near = most < 1e-2 || glm::length(move.x * jet.u + move.y * jet.v) < 1e-6 * extent_;
       double least = glm::length(off);
-      for (int more = 0; more < 6 && most < 1e-2; more++) {
-        const dvec2 better = at + move;
+      dvec2 better = at;
+      for (int more = 0; more < 8 && near; more++) {
+        better += move;
         const ReferenceJet again = f.at(better.x, better.y, 1);
         const dvec2 still_off = across(again.s - origin_);
-        if (!(glm::length(still_off) < least)) break;
-        least = glm::length(still_off);
+        move = -solve(across(again.u), across(again.v), still_off);
+        const double left = glm::length(still_off);
+        if (!(left < 100 * tolerance_) || !is_finite(move)) break;
+        if (!(left < least)) {
+          if (least <= noise_) break;
+          continue;
+        }
+        least = left;
         at = better;
         jet = again;
-        move = -solve(across(jet.u), across(jet.v), still_off);
       }
       if (start.pole >= 0) at = within_turn(facet, start.pole < 2 ? 1 : 0, at);
       take(facet, at, jet);
@@ -211,8 +241,7 @@ void LineSearch::look(const ReferenceCell& cell, int depth) {
     const dvec2 move = -solve(across(jet.u), across(jet.v), across(jet.s - origin_));
     Start start = start_in(cell, cell.middle());
     if (start.pole >= 0) {
-      const std::size_t before = roots_.size();
-      if (iterate(cell.facet, start) == Outcome::root && roots_.size() > before) return;
+      if (look_towards_pole(cell, start)) return;
       start.pole = -1;
     }
     // So far away there is another cell to find it from.
@@ -223,11 +252,15 @@ void LineSearch::look(const ReferenceCell& cell, int depth) {
     if (!crossed && within_stretch(cell)) return;
     const dvec2 middle = cell.middle();
     const ReferenceFacet& facet = *facets_[cell.facet];
+    // Thin cells, as next to poles, are halved along their length.
+    const bool halve_u = !(4 * cell.length.x < cell.length.y), halve_v = !(4 * cell.length.y < cell.length.x);
     for (const bool up : {false, true}) {
       for (const bool right : {false, true}) {
-        look(reference_cell(facet, cell.facet, {right ? middle.x : cell.lower.x, up ? middle.y : cell.lower.y},
-                            {right ? cell.upper.x : middle.x, up ? cell.upper.y : middle.y}),
-             depth + 1);
+        if ((up && !halve_v) || (right && !halve_u)) continue;
+        dvec2 lower = cell.lower, upper = cell.upper;
+        if (halve_u) (right ? lower : upper).x = middle.x;
+        if (halve_v) (up ? lower : upper).y = middle.y;
+        look(reference_cell(facet, cell.facet, lower, upper), depth + 1);
       }
     }
     return;
@@ -288,6 +321,8 @@ void LineSearch::look_along(const ReferenceCell& cell) {
   for (const dvec2& start :
        {cell.middle(), cell.lower, cell.upper, dvec2(cell.lower.x, cell.upper.y), dvec2(cell.upper.x, cell.lower.y)})
     iterate(cell.facet, start_in(cell, start));
+  const Start start = start_in(cell, cell.middle());
+  if (start.pole >= 0) look_towards_pole(cell, start);
 }
 
 // The parameters next to `from` of the point of the surface next to the line's point at t, if that is on the surface.

@@ -52,6 +52,7 @@ class LineSearch {
   Start start_in(const ReferenceCell& cell, const glm::dvec2& at) const;
   glm::dvec2 around_pole(std::uint32_t facet, const Start& start, const glm::dvec2& at, const ReferenceJet& jet,
                          glm::dvec2 move) const;
+  bool look_towards_pole(const ReferenceCell& cell, const Start& start);
   glm::dvec2 within_turn(std::uint32_t facet, int axis, const glm::dvec2& at) const;
   void take(std::uint32_t facet, const glm::dvec2& at, const ReferenceJet& jet);
   // Where the line touches the surface, or lies within it: everything along it that is not off by more than rounding.

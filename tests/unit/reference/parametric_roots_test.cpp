@@ -179,6 +179,41 @@ TEST(ParametricRoots, CountsPolesOnceAndTellsThemByTheStartOfTheRange) {
   }
 }
 
+// Lines that pass by a pole nearly along the surface: at it they have a root, and another one not far behind.
+TEST(ParametricRoots, FindsBothRootsNextToPoles) {
+  Random random(8);
+  for (const Surface& surface : {sphere(), nurbs({test::nurbs_sphere(1)})}) {
+    const Asked asked(surface);
+    for (int i = 0; i < 500; i++) {
+      const double slope = std::pow(10.0, -random.number(0, 4)), beside = std::pow(10.0, -random.number(1, 10));
+      const double a = random.number(0, 2 * pi), b = random.number(0, 2 * pi);
+      const dvec3 d = glm::normalize(dvec3(std::cos(a), std::sin(a), slope));
+      const dvec3 root(beside * std::cos(b), beside * std::sin(b), std::sqrt(1 - beside * beside));
+      const double other = -2 * glm::dot(root, d);
+      if (std::abs(other) < 1e-5) continue;
+      const auto hits = asked.line(root - 3.0 * d, d);
+      ASSERT_EQ(hits.size(), 2u) << "ray " << i;
+      EXPECT_NEAR(hits[0].t, 3 + std::min(0.0, other), 1e-7) << "ray " << i;
+      EXPECT_NEAR(hits[1].t, 3 + std::max(0.0, other), 1e-7) << "ray " << i;
+    }
+  }
+}
+
+TEST(ParametricRoots, ContactsAtPolesAreOneHit) {
+  for (const Surface& surface : {sphere(), nurbs({test::nurbs_sphere(1)})}) {
+    const Asked asked(surface);
+    for (const double angle : {0.0, 0.3, 0.5 * pi, 2.0}) {
+      const dvec3 d(std::cos(angle), std::sin(angle), 0);
+      for (const double z : {-1.0, 1.0}) {
+        const auto hits = asked.line(dvec3(0, 0, z) - 3.0 * d, d);
+        ASSERT_EQ(hits.size(), 1u) << angle;
+        EXPECT_EQ(hits[0].status, HitStatus::tangent);
+        EXPECT_NEAR(hits[0].t, 3, hits[0].uncertainty);
+      }
+    }
+  }
+}
+
 TEST(ParametricRoots, CountsATipByTheSheetsThatPass) {
   const Asked cone(parametric({"v*cos(u)", "v*sin(u)", "v"}, {0, 2 * pi}, {0, 1}));
   EXPECT_EQ(cone.line({0, 0, -3}, {0, 0, 1}).size(), 1u);
