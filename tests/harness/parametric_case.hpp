@@ -1,5 +1,6 @@
-// Cases of surfaces s(u, v), as descriptors of the general form (case.hpp): hits against exact roots with their u and v,
-// or against the reference's; and what is measured there against derivatives that come from no text of the library.
+// Cases of surfaces s(u, v), as descriptors of the general form (case.hpp): hits against exact roots with their u and
+// v, or against the reference's; and what is measured there against derivatives that come from no text of the
+// library.
 #pragma once
 
 #include <cmath>
