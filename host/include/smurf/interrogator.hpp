@@ -33,8 +33,8 @@ namespace smurf {
 enum class HitStatus : std::uint32_t { isolated = 1, tangent = 2, unresolved = 3, bracketed = 4 };
 std::string_view name_of(HitStatus status);
 
-// Per ray. `invalid`: not finite, a zero direction, or t_min > t_max; on meshes, by devices, also 5·10¹¹ times as far
-// out as the mesh.
+// Per ray. `invalid`: not finite, a zero direction, or t_min > t_max; on meshes and surfaces s(u, v), by devices, also
+// 5·10¹¹ times as far out as the surface.
 enum class RayStatus : std::uint32_t { ok = 0, invalid = 1 };
 
 // Per point, as bits. `umbilic`: the principal curvatures agree to rounding, directions are arbitrary.

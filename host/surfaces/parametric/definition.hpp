@@ -39,6 +39,8 @@ class ParametricSurface : public SurfaceDefinition {
   std::vector<Fact> facts() const override;
   RootResolver root_resolver() const override;
 
+  std::string_view ray_limits() const override { return ", and its origin not 5e11 times as far out as the surface"; }
+
   // One of the two is given; with expressions there are no patches.
   const ParametricExpressions expressions;
   const std::vector<Patch> patches;
