@@ -270,9 +270,9 @@ std::optional<PieceBounds> ExpressionSource::bounds(std::size_t, const Parameter
     result.lower[c] = position.range.low;
     result.upper[c] = position.range.high;
     result.error[c] = position.error;
-    result.uu[c] = magnitude(r[std::size_t(9 + c)].range);
-    result.uv[c] = magnitude(r[std::size_t(12 + c)].range);
-    result.vv[c] = magnitude(r[std::size_t(15 + c)].range);
+    result.uu[c] = magnitude(r[9 + std::size_t(c)].range);
+    result.uv[c] = magnitude(r[12 + std::size_t(c)].range);
+    result.vv[c] = magnitude(r[15 + std::size_t(c)].range);
   }
   return result;
 }

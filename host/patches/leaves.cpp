@@ -104,8 +104,8 @@ class Splitter {
     const std::array<bool, 4>& collapsed = topology_.pieces[box.piece].collapsed;
     for (int d = 0; d < 2; d++) {
       const double near = 0.125 * (range.upper[d] - range.lower[d]);
-      if (collapsed[std::size_t(2 * d)] && box.box.upper[d] - range.lower[d] <= near) return largest_graded_remainder;
-      if (collapsed[std::size_t(2 * d + 1)] && range.upper[d] - box.box.lower[d] <= near)
+      if (collapsed[2 * std::size_t(d)] && box.box.upper[d] - range.lower[d] <= near) return largest_graded_remainder;
+      if (collapsed[2 * std::size_t(d) + 1] && range.upper[d] - box.box.lower[d] <= near)
         return largest_graded_remainder;
     }
     return largest_remainder;

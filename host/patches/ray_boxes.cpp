@@ -124,8 +124,8 @@ int RayBoxes::collapsed_side(const Box& box) const {
   for (int d = 0; d < 2; d++) {
     // The ends of boxes are rounded when they are split deeply.
     const double off = 1e-3 * box.half[d];
-    if (collapsed[std::size_t(2 * d)] && box.centre[d] - box.half[d] <= range.lower[d] + off) return 2 * d;
-    if (collapsed[std::size_t(2 * d + 1)] && box.centre[d] + box.half[d] >= range.upper[d] - off) return 2 * d + 1;
+    if (collapsed[2 * std::size_t(d)] && box.centre[d] - box.half[d] <= range.lower[d] + off) return 2 * d;
+    if (collapsed[2 * std::size_t(d) + 1] && box.centre[d] + box.half[d] >= range.upper[d] - off) return 2 * d + 1;
   }
   return -1;
 }
@@ -135,8 +135,8 @@ dvec2 RayBoxes::slack_of(const Box& box, const Plane& plane) const {
   const PieceBorders& borders = topology_.pieces[box.piece];
   dvec2 slack(0.0);
   for (int d = 0; d < 2; d++) {
-    const bool least = borders.edges[std::size_t(2 * d)] != no_edge && box.centre[d] - box.half[d] <= range.lower[d];
-    const bool most = borders.edges[std::size_t(2 * d + 1)] != no_edge && box.centre[d] + box.half[d] >= range.upper[d];
+    const bool least = borders.edges[2 * std::size_t(d)] != no_edge && box.centre[d] - box.half[d] <= range.lower[d];
+    const bool most = borders.edges[2 * std::size_t(d) + 1] != no_edge && box.centre[d] + box.half[d] >= range.upper[d];
     const double length = glm::length(d == 0 ? plane.a : plane.b);
     // Beyond the reach of the bounds nothing is known.
     if (least || most) slack[d] = std::min(gap_ / length, 0.2);
@@ -355,13 +355,13 @@ void RayBoxes::add_root(const Box& box, const dvec2& at, const dvec2& off, BoxRo
     if (at[d] >= range.upper[d] - near) end[std::size_t(d)] = 1;
     if (end[std::size_t(d)] < 0) continue;
     root.is_outside = root.is_outside || at[d] < range.lower[d] || at[d] > range.upper[d];
-    const auto side = std::size_t(2 * d + end[std::size_t(d)]);
+    const std::size_t side = 2 * std::size_t(d) + std::size_t(end[std::size_t(d)]);
     const std::uint32_t edge = borders.edges[side];
     root.edges[std::size_t(d)] = edge == no_edge ? open_edge : int(2 * edge + (borders.turned[side] ? 1 : 0));
     root.sides[std::size_t(d)] = int(side);
     root.along[std::size_t(d)] = (at[1 - d] - range.lower[1 - d]) / (range.upper[1 - d] - range.lower[1 - d]);
   }
-  if (end[0] >= 0 && end[1] >= 0) root.vertex = borders.vertices[std::size_t(end[0] + 2 * end[1])];
+  if (end[0] >= 0 && end[1] >= 0) root.vertex = borders.vertices[std::size_t(end[0]) + 2 * std::size_t(end[1])];
   root.at = glm::clamp(at, range.lower, range.upper);
   roots_.push_back(root);
 }
@@ -409,7 +409,8 @@ dvec3 RayBoxes::flat_normal(std::uint32_t piece) {
   const ParameterBox range = source_.range(piece);
   dvec3 normal(0.0), first(0.0);
   for (int k = 0; k < (count + 1) * (count + 1); k++) {
-    const dvec2 part(double(k % (count + 1)) / count, double(k / (count + 1)) / count);
+    const int i = k % (count + 1), j = k / (count + 1);
+    const dvec2 part(double(i) / count, double(j) / count);
     const dvec2 at = range.lower + part * (range.upper - range.lower);
     const PatchPoint p = source_.at(piece, at.x, at.y);
     const dvec3 n = glm::cross(p.u, p.v);

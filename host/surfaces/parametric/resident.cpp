@@ -138,7 +138,7 @@ class ResidentParametric final : public ResidentSurface {
     options.margin = float(std::min(4 * error, 1e-3) + 0x1p-19);
     std::vector<std::uint32_t> words;
     Words records(words);
-    const Bvh hierarchy = build_bvh(std::move(boxes), options, [&](std::span<const std::uint32_t> one) {
+    Bvh hierarchy = build_bvh(std::move(boxes), options, [&](std::span<const std::uint32_t> one) {
       const std::size_t at = records.add(LEAF_WORDS);
       put_leaf(records, at, leaves[one[0]], world);
       return std::uint32_t(at / LEAF_WORDS);
