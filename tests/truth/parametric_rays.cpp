@@ -92,20 +92,9 @@ RayFamily cameras(SceneRays& random, std::size_t count) {
 }
 
 RayFamily invalid_rays(SceneRays& random, std::size_t count) {
-  constexpr float infinity = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
-  const std::array bad{nan, infinity, -infinity};
   std::size_t next = 0;
-  RayFamily out = family("not finite, no direction, or empty range", count, [&] {
-    Ray ray = random.through(random.in_box(), random.direction());
-    const std::size_t which = next++ % 22;
-    if (which < 9) ray.origin[int(which) / 3] = bad[which % 3];
-    else if (which < 18) ray.direction[int(which - 9) / 3] = bad[which % 3];
-    else if (which == 18) ray.direction = glm::vec3(0.0f);
-    else if (which == 19) ray.t_min = nan;
-    else if (which == 20) ray.t_max = nan;
-    else ray.t_min = 1.0f, ray.t_max = 0.5f;
-    return ray;
-  });
+  RayFamily out = family("not finite, no direction, or empty range", count,
+                         [&] { return spoiled(random.through(random.in_box(), random.direction()), next++); });
   out.valid = false;
   return out;
 }

@@ -165,24 +165,26 @@ void add_surface_families(std::vector<RayFamily>& out, const GridFrame& frame, s
 }
 
 RayFamily invalid_family(RandomRays& random, std::size_t count) {
-  const std::array bad{nan, infinity, -infinity};
   std::size_t next = 0;
-  RayFamily out = family("not finite, no direction, or empty range", count, [&] {
-    Ray ray = random.through(random.point(), random.direction());
-    const std::size_t which = next++ % 22;
-    if (which < 9) ray.origin[int(which) / 3] = bad[which % 3];
-    else if (which < 18) ray.direction[int(which - 9) / 3] = bad[which % 3];
-    else if (which == 18) ray.direction = glm::vec3(0.0f);
-    else if (which == 19) ray.t_min = nan;
-    else if (which == 20) ray.t_max = nan;
-    else ray.t_min = 1.0f, ray.t_max = 0.5f;
-    return ray;
-  });
+  RayFamily out = family("not finite, no direction, or empty range", count,
+                         [&] { return spoiled(random.through(random.point(), random.direction()), next++); });
   out.valid = false;
   return out;
 }
 
 }  // namespace
+
+Ray spoiled(Ray ray, std::size_t which) {
+  const std::array bad{nan, infinity, -infinity};
+  which %= 22;
+  if (which < 9) ray.origin[int(which) / 3] = bad[which % 3];
+  else if (which < 18) ray.direction[int(which - 9) / 3] = bad[which % 3];
+  else if (which == 18) ray.direction = glm::vec3(0.0f);
+  else if (which == 19) ray.t_min = nan;
+  else if (which == 20) ray.t_max = nan;
+  else ray.t_min = 1.0f, ray.t_max = 0.5f;
+  return ray;
+}
 
 GridFrame frame_of(const Volume& volume) { return {volume.size(), volume.placement()}; }
 

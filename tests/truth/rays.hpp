@@ -81,4 +81,7 @@ RayBatch hostile_lines(std::span<const glm::vec3> vertices, std::span<const glm:
 // vertices together.
 RayBatch raster_lines(const glm::vec3& lower, const glm::vec3& upper, int axis);
 
+// The ray with something that no ray may have: one of 22 faults, counted on.
+Ray spoiled(Ray ray, std::size_t which);
+
 }  // namespace smurf::test
