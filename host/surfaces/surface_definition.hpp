@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "expression/line_roots.hpp"
+#include "numerics/fact.hpp"
 #include "smurf/interrogator.hpp"
 #include "smurf/surface.hpp"
 
@@ -18,11 +19,6 @@ namespace smurf {
 enum class SurfaceKind {
 #define SURFACE_KIND(name) name,
 #include "surfaces/kinds.def"
-};
-
-// A line of `smurf info`.
-struct Fact {
-  std::string name, value;
 };
 
 // The function of space that a surface is a level set of, in double; NaN where it is undefined. Normals point to

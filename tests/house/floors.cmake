@@ -10,6 +10,7 @@ set(floors
   "reference"
   "api"
   "surfaces"
+  "flows"
   "io"
   "meshes fields bvh patches"
   "expression"

@@ -6,6 +6,7 @@
 #include "smurf/compare.hpp"
 #include "smurf/device.hpp"
 #include "smurf/error.hpp"
+#include "smurf/flow.hpp"
 #include "smurf/image.hpp"
 #include "smurf/interrogator.hpp"
 #include "smurf/mesh.hpp"

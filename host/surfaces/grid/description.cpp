@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "io/description.hpp"
 #include "smurf/error.hpp"
 #include "smurf/surface.hpp"
-#include "surfaces/description.hpp"
 #include "surfaces/grid/definition.hpp"
 
 namespace smurf {

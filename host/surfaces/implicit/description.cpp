@@ -1,18 +1,17 @@
 // Implicit surfaces and isosurfaces of expressions, from API calls and descriptions.
 #include <fmt/format.h>
 
-#include <array>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <vector>
 
 #include "expression/files.hpp"
 #include "expression/parser.hpp"
+#include "io/description.hpp"
 #include "numerics/text_file.hpp"
 #include "smurf/black_box.hpp"
 #include "smurf/error.hpp"
 #include "smurf/surface.hpp"
-#include "surfaces/description.hpp"
 #include "surfaces/implicit/definition.hpp"
 
 namespace smurf {
@@ -28,70 +27,6 @@ std::shared_ptr<const ImplicitFunction> function_of(std::string_view text, const
   expression::Graph graph;
   const expression::NodeId value = expression::parse(graph, text, variables, parameters);
   return differentiated(std::move(graph), value);
-}
-
-glm::dvec3 read_corner(const json& value, const std::string& path) {
-  glm::dvec3 corner;
-  bool fits = value.is_array() && value.size() == 3;
-  for (std::size_t i = 0; fits && i < 3; i++) {
-    fits = value[i].is_number();
-    if (fits) corner[int(i)] = value[i].get<double>();
-  }
-  if (!fits)
-    throw Error(ErrorCode::input,
-                fmt::format("member \"{}\" must hold three numbers, not {}", path, description::shown(value)));
-  return corner;
-}
-
-// "domain": [[x, y, z], [x, y, z]], or "radius": of a ball about the origin, or both.
-std::optional<Domain> read_domain(const json& object, std::string_view path) {
-  Domain domain;
-  const bool box = object.contains("domain"), ball = object.contains("radius");
-  if (!box && !ball) return std::nullopt;
-  if (ball) {
-    domain.radius = description::number_member(object, path, "radius");
-    if (!(domain.radius > 0))
-      throw Error(ErrorCode::input, fmt::format("member \"{}\" must be positive, not {}",
-                                                description::join(path, "radius"), domain.radius));
-    domain.lower = glm::dvec3(-domain.radius);
-    domain.upper = glm::dvec3(domain.radius);
-  }
-  if (box) {
-    const std::string name = description::join(path, "domain");
-    const json& value = object["domain"];
-    if (!value.is_array() || value.size() != 2)
-      throw Error(ErrorCode::input, fmt::format("member \"{}\" must be two corners, [[x, y, z], [x, y, z]], not {}",
-                                                name, description::shown(value)));
-    domain.lower = read_corner(value[0], name + "[0]");
-    domain.upper = read_corner(value[1], name + "[1]");
-  }
-  return domain;
-}
-
-Domain required_domain(const json& object, std::string_view path) {
-  if (const auto domain = read_domain(object, path)) return *domain;
-  throw Error(ErrorCode::input,
-              fmt::format("member \"{}\" is missing: an expression needs the box [[x, y, z], [x, y, z]] to look in",
-                          description::join(path, "domain")));
-}
-
-Parameters read_parameters(const json& object, std::string_view path) {
-  Parameters parameters;
-  if (!object.contains("parameters")) return parameters;
-  const json& values = description::object_member(object, path, "parameters");
-  for (const auto& item : values.items())
-    parameters[item.key()] = description::number_member(values, description::join(path, "parameters"), item.key());
-  return parameters;
-}
-
-// What `make` throws names the member.
-template <class Make>
-auto named(std::string_view path, std::string_view name, Make make) {
-  try {
-    return make();
-  } catch (const Error& error) {
-    throw Error(error.code(), fmt::format("member \"{}\": {}", description::join(path, name), error.what()));
-  }
 }
 
 }  // namespace
@@ -131,12 +66,12 @@ std::shared_ptr<const SurfaceDefinition> read_black_box(const json& root, const 
                              "lipschitz", "difference_order", "difference_step"});
   BlackBox function;
   function.name = description::text_member(root, "", "source");
-  function.source = named("", "source", [&] { return read_file(folder / function.name); });
-  const Domain domain = required_domain(root, "");
+  function.source = description::named("", "source", [&] { return read_file(folder / function.name); });
+  const Domain domain = description::required_domain(root, "");
   if (root.contains("equation")) {
     const std::string equation = description::text_member(root, "", "equation");
-    const Parameters parameters = read_parameters(root, "");
-    const Surface same = named("", "equation", [&] { return implicit(equation, domain, parameters); });
+    const Parameters parameters = description::parameters(root, "");
+    const Surface same = description::named("", "equation", [&] { return implicit(equation, domain, parameters); });
     function.value = same.model().analytic_field()->value;
     // The field's normals point to smaller values.
     function.value = [value = std::move(function.value)](const glm::dvec3& point) { return -value(point); };
@@ -168,22 +103,22 @@ std::shared_ptr<const SurfaceDefinition> read_implicit(const json& root, const s
     if (root.contains("equation"))
       throw Error(ErrorCode::input, "members \"equation\" and \"file\" exclude each other");
     const std::string file = description::text_member(root, "", "file");
-    const auto domain = read_domain(root, "");
-    return named("", "file", [&] { return load_implicit(folder / file, domain).share(); });
+    const auto domain = description::domain(root, "");
+    return description::named("", "file", [&] { return load_implicit(folder / file, domain).share(); });
   }
   const std::string equation = description::text_member(root, "", "equation");
-  const Domain domain = required_domain(root, "");
-  const Parameters parameters = read_parameters(root, "");
-  return named("", "equation", [&] { return implicit(equation, domain, parameters).share(); });
+  const Domain domain = description::required_domain(root, "");
+  const Parameters parameters = description::parameters(root, "");
+  return description::named("", "equation", [&] { return implicit(equation, domain, parameters).share(); });
 }
 
 std::shared_ptr<const SurfaceDefinition> read_expression_isosurface(const json& field, const std::filesystem::path&,
                                                                     double isovalue) {
   description::only_members(field, "field", {"kind", "value", "domain", "radius", "parameters"});
   const std::string text = description::text_member(field, "field", "value");
-  const Domain domain = required_domain(field, "field");
-  const Parameters parameters = read_parameters(field, "field");
-  return named("field", "value", [&] { return isosurface(text, isovalue, domain, parameters).share(); });
+  const Domain domain = description::required_domain(field, "field");
+  const Parameters parameters = description::parameters(field, "field");
+  return description::named("field", "value", [&] { return isosurface(text, isovalue, domain, parameters).share(); });
 }
 
 }  // namespace smurf

@@ -3,8 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "io/description.hpp"
 #include "smurf/error.hpp"
-#include "surfaces/description.hpp"
 #include "surfaces/mesh/definition.hpp"
 
 namespace smurf {

@@ -9,10 +9,10 @@
 
 #include "expression/evaluate.hpp"
 #include "expression/parser.hpp"
+#include "io/description.hpp"
 #include "io/patch_file.hpp"
 #include "smurf/error.hpp"
 #include "smurf/surface.hpp"
-#include "surfaces/description.hpp"
 #include "surfaces/parametric/definition.hpp"
 
 namespace smurf {
@@ -23,43 +23,12 @@ namespace {
 
 [[noreturn]] void fail(const std::string& message) { throw Error(ErrorCode::input, message); }
 
-// A number, or an expression of constants.
-double read_constant(const json& value, const std::string& path, const Parameters& parameters) {
-  if (value.is_number()) return value.get<double>();
-  if (!value.is_string() || value.get_ref<const std::string&>().empty())
-    fail(fmt::format("member \"{}\" must be a number, or an expression of constants such as \"2*pi\", not {}", path,
-                     description::shown(value)));
-  const std::string text = value.get<std::string>();
-  double result = 0;
-  try {
-    expression::Graph graph;
-    const expression::NodeId root = expression::parse(graph, text, {}, parameters);
-    std::vector<double> scratch;
-    expression::Evaluator(graph, std::span(&root, 1))({}, std::span(&result, 1), scratch);
-  } catch (const Error& error) {
-    throw Error(error.code(), fmt::format("member \"{}\": {}", path, error.what()));
-  }
-  if (!std::isfinite(result))
-    fail(fmt::format("member \"{}\": \"{}\" is {}; it must be a finite number", path, expression::excerpt(text),
-                     std::isnan(result) ? "undefined" : "infinite"));
-  return result;
-}
-
-Parameters read_parameters(const json& root) {
-  Parameters parameters;
-  if (!root.contains("parameters")) return parameters;
-  const json& values = description::object_member(root, "", "parameters");
-  for (const auto& item : values.items())
-    parameters[item.key()] = read_constant(item.value(), description::join("parameters", item.key()), {});
-  return parameters;
-}
-
 glm::dvec2 read_range(const json& root, const char* name, const Parameters& parameters) {
   const json& value = description::member(root, "", name);
   if (!value.is_array() || value.size() != 2)
     fail(fmt::format("member \"{}\" must be a range such as [0, \"2*pi\"], not {}", name, description::shown(value)));
-  const glm::dvec2 range(read_constant(value[0], fmt::format("{}[0]", name), parameters),
-                         read_constant(value[1], fmt::format("{}[1]", name), parameters));
+  const glm::dvec2 range(description::constant(value[0], fmt::format("{}[0]", name), parameters),
+                         description::constant(value[1], fmt::format("{}[1]", name), parameters));
   if (range.x == range.y) fail(fmt::format("member \"{}\": the range [{}, {}] is empty", name, range.x, range.y));
   if (range.x > range.y)
     fail(fmt::format("member \"{}\": the range [{}, {}] is reversed; the lesser number comes first", name, range.x,
@@ -140,7 +109,7 @@ Surface load_nurbs(const std::filesystem::path& file) {
 std::shared_ptr<const SurfaceDefinition> read_parametric(const json& root, const std::filesystem::path&) {
   description::only_members(root, "", {"kind", "position", "u", "v", "parameters", "period"});
   const std::array<std::string, 3> position = read_position(root);
-  const Parameters parameters = read_parameters(root);
+  const Parameters parameters = description::parameters(root, "");
   const glm::dvec2 u = read_range(root, "u", parameters), v = read_range(root, "v", parameters);
   const std::array<bool, 2> closed = read_period(root);
   try {

@@ -1,16 +1,19 @@
-// Reading members of surface descriptions, with messages that name the member as a path ("field.file").
+// Reading descriptions (JSON) and their members, with messages that name the member as a path ("field.file").
 #pragma once
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <initializer_list>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "smurf/error.hpp"
+#include "smurf/surface.hpp"
 
 namespace smurf::description {
 
@@ -26,6 +29,33 @@ void only_members(const nlohmann::json& object, std::string_view path, std::init
 
 std::string join(std::string_view path, std::string_view name);
 std::string shown(const nlohmann::json& value);  // for messages: one line, shortened
+
+// A number, or an expression of constants and of `parameters` such as "2*pi", that stands at `path`.
+double constant(const nlohmann::json& value, const std::string& path, const Parameters& parameters = {});
+// Three numbers, that stand at `path`.
+glm::dvec3 three_numbers(const nlohmann::json& value, const std::string& path);
+// "domain": [[x, y, z], [x, y, z]], or "radius": of a ball about the origin, or both.
+std::optional<Domain> domain(const nlohmann::json& object, std::string_view path);
+Domain required_domain(const nlohmann::json& object, std::string_view path);
+// "parameters": {"a": 1.5}, none where there are none.
+Parameters parameters(const nlohmann::json& object, std::string_view path);
+
+// The JSON of a file, comments ignored. Throws Error (input) without the file's name; `what` says what it should be.
+nlohmann::json parse(const std::filesystem::path& file, std::string_view what);
+// How the file's name ends, in small letters.
+std::string ending_of(const std::filesystem::path& file);
+// The error that names the file in front, unless it does so already.
+[[noreturn]] void fail_in(const std::filesystem::path& file, const Error& error);
+
+// What `make` throws names the member.
+template <class Make>
+auto named(std::string_view path, std::string_view name, Make make) {
+  try {
+    return make();
+  } catch (const Error& error) {
+    throw Error(error.code(), fmt::format("member \"{}\": {}", join(path, name), error.what()));
+  }
+}
 
 // The reader in `readers` that the member "kind" of `object` names; `what` says what the kinds are kinds of.
 template <class Reader>

@@ -1,0 +1,35 @@
+// A vector field as the host knows it, whatever its kind: no device, no kernel, no reference. One class per kind
+// derives from VectorFieldDefinition.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "numerics/fact.hpp"
+#include "smurf/flow.hpp"
+
+namespace smurf {
+
+enum class FlowKind {
+#define FLOW_KIND(name) name,
+#include "flows/kinds.def"
+};
+
+class VectorFieldDefinition {
+ public:
+  explicit VectorFieldDefinition(FlowKind the_family) : family(the_family) {}
+  virtual ~VectorFieldDefinition() = default;
+
+  const FlowKind family;
+  virtual std::string_view kind() const = 0;  // as descriptions name it
+  virtual Bounds bounds() const = 0;
+  // How many derivatives are continuous, for what asks for them: 0 trilinear, 2 and more else.
+  virtual int smoothness() const = 0;
+  // Of the samples; NaN where that is not known.
+  virtual double greatest_speed() const = 0;
+  virtual std::vector<Fact> facts() const = 0;
+};
+
+}  // namespace smurf

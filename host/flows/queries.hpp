@@ -1,0 +1,25 @@
+// What the public API asks of a vector field on a device. Two implementations: batches on an executor
+// (host/api/tracing.cpp), and the double-precision reference (host/reference/flow/queries.cpp).
+#pragma once
+
+#include <memory>
+
+#include "flows/definition.hpp"
+
+namespace smurf {
+
+class FlowQueries {
+ public:
+  virtual ~FlowQueries() = default;
+  // Options are valid, and have their defaults put in; lists of seeds fit each other.
+  virtual Streamlines trace(const FlowSeeds& seeds, const TraceOptions& options) = 0;
+  virtual FlowSamples sample(std::span<const glm::vec3> points, int derivatives) = 0;
+  virtual std::size_t device_bytes() const = 0;
+};
+
+std::unique_ptr<FlowQueries> trace_on_device(const Device& device,
+                                             const std::shared_ptr<const VectorFieldDefinition>& definition,
+                                             const PrepareOptions& options);
+std::unique_ptr<FlowQueries> trace_by_reference(const VectorFieldDefinition& definition);
+
+}  // namespace smurf

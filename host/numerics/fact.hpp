@@ -1,0 +1,12 @@
+// A line of `smurf info`.
+#pragma once
+
+#include <string>
+
+namespace smurf {
+
+struct Fact {
+  std::string name, value;
+};
+
+}  // namespace smurf
