@@ -20,7 +20,7 @@ struct LineRequest {
   double interval = 0;  // between points, in time; 0: a point each step
   // In the place of `interval`: times of points without sign, ascending, of which the first is 0 and the last the end.
   const std::vector<double>* times = nullptr;
-  double tolerance = 1e-12;  // of the error of a step, as a part of the extent
+  double tolerance = 1e-13;  // of the error of a step, as a part of the extent
   double stagnation = 0;     // speed below which the line ends
   double length = std::numeric_limits<double>::infinity();
   long most_steps = std::numeric_limits<long>::max();

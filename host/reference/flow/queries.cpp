@@ -17,7 +17,7 @@ using glm::dvec3;
 
 constexpr std::size_t tile = 1024;  // lines between two reports of progress
 
-// A line with its variation, in order of time.
+// A line with its variation, from its seed on, or from its beginning where it goes both ways.
 struct Rows {
   std::vector<LinePoint> points;
   std::vector<dvec3> first, second;
@@ -83,11 +83,11 @@ class FlowReference final : public FlowQueries {
     if (!options.both) return one_way(seeds, index, options, options.time);
     const double time = std::abs(options.time);
     Rows back = one_way(seeds, index, options, -time), line = one_way(seeds, index, options, time);
-    // Backwards in time, the seed last; it is the other half's first.
+    // The seed, which both halves begin with, stands once.
     const auto join = [](auto& before, auto& after) {
       if (before.empty()) return;
-      before.pop_back();
-      before.insert(before.end(), after.begin(), after.end());
+      std::ranges::reverse(before);
+      before.insert(before.end(), after.begin() + 1, after.end());
       after = std::move(before);
     };
     line.beginning = back.end;
@@ -126,11 +126,6 @@ class FlowReference final : public FlowQueries {
       rows.second = std::move(variation.second);
     }
     rows.points = std::move(line.points);
-    if (time < 0) {
-      std::ranges::reverse(rows.points);
-      std::ranges::reverse(rows.first);
-      std::ranges::reverse(rows.second);
-    }
     return rows;
   }
 

@@ -47,7 +47,7 @@ LineVariation vary_line(const ReferenceFlow& flow, const ReferenceLine& line, co
     if (times.back() == 0) return at;
     LineRequest own = request;
     own.time = direction * times.back();
-    own.tolerance = std::min(request.tolerance, 1e-13);
+    own.tolerance = std::min(request.tolerance, 1e-14);
     own.stagnation = 0;
     own.length = std::numeric_limits<double>::infinity();
     own.most_steps = std::numeric_limits<long>::max();
