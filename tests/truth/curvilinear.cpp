@@ -93,10 +93,9 @@ CellTruth by_tetrahedra(const glm::dvec3 (&corners)[8], const glm::dvec3 (&vecto
     // Barycentric coordinates and how far each changes.
     const glm::dmat3 rows = glm::transpose(to_local);
     const auto size = [](const glm::dvec3& v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); };
-    const double depth = std::min({(1 - l[order[0]]) / size(rows[order[0]]),
-                                   (l[order[0]] - l[order[1]]) / size(rows[order[0]] - rows[order[1]]),
-                                   (l[order[1]] - l[order[2]]) / size(rows[order[1]] - rows[order[2]]),
-                                   l[order[2]] / size(rows[order[2]])});
+    const double depth = std::min(
+        {(1 - l[order[0]]) / size(rows[order[0]]), (l[order[0]] - l[order[1]]) / size(rows[order[0]] - rows[order[1]]),
+         (l[order[1]] - l[order[2]]) / size(rows[order[1]] - rows[order[2]]), l[order[2]] / size(rows[order[2]])});
     if (depth <= truth.depth) continue;
     truth.depth = depth;
     truth.local = l;

@@ -25,9 +25,9 @@ CurvilinearBlock read_plot3d_block(const std::filesystem::path& grid, const std:
 struct CellTruth {
   std::int64_t cell = -1;
   glm::dvec3 local{0.0};
-  double depth = 0;  // how far inside of the cell, at least, in units of space along an axis; negative: outside
-  glm::dvec3 reach{0.0};     // how much local coordinates change where each coordinate in space changes by 1
-  bool irregular = false;    // decided by tetrahedra
+  double depth = 0;        // how far inside of the cell, at least, in units of space along an axis; negative: outside
+  glm::dvec3 reach{0.0};   // how much local coordinates change where each coordinate in space changes by 1
+  bool irregular = false;  // decided by tetrahedra
   bool only_between = false;  // by the tetrahedra of a cell beside an irregular one, which counts where nothing else is
   glm::dvec3 value{0.0};      // the field there
   glm::dmat3 by_local{0.0};   // its derivatives by local coordinates
