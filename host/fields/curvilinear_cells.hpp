@@ -39,8 +39,8 @@ struct CellExamination {
 };
 CellExamination examine_cells(const glm::ivec3& size, std::span<const glm::dvec3> points);
 
-// Along which axes the first and last plane of nodes coincide, each node within `tolerance`. Two cells along an axis are
-// too few for that.
+// Along which axes the first and last plane of nodes coincide, each node within `tolerance`. Two cells along an axis
+// are too few for that.
 std::array<bool, 3> find_seams(const glm::ivec3& size, std::span<const glm::dvec3> points, double tolerance);
 
 }  // namespace smurf

@@ -1,5 +1,5 @@
-// Which cells may contain a point: voxels that list the boxes that reach into them, in ascending order. Voxels with many
-// cells are divided further, so that cells may be of very different size.
+// Which cells may contain a point: voxels that list the boxes that reach into them, in ascending order. Voxels with
+// many cells are divided further, so that cells may be of very different size.
 #pragma once
 
 #include <cstdint>
