@@ -97,7 +97,9 @@ TEST(FlowsWithClosedForms, PositionsAndVariation) {
             EXPECT_EQ(lines.end[i], FlowStatus::time) << truth.name << " on " << device.label;
             EXPECT_EQ(lines.times[lines.offsets[i]], 0.0f);
             EXPECT_EQ(lines.times[lines.offsets[i + 1] - 1], float(time));
-            if (interval > 0) EXPECT_EQ(lines.offsets[i + 1] - lines.offsets[i], 8u) << truth.name << device.label;
+            if (interval > 0) {
+              EXPECT_EQ(lines.offsets[i + 1] - lines.offsets[i], 8u) << truth.name << device.label;
+            }
           }
           const Errors errors = errors_of(lines, truth);
           // Each step errs by the tolerance at most, and by a few roundings; the flow enlarges what is there. The dense

@@ -102,7 +102,9 @@ TEST(FlowEnds, Stagnation) {
     const double time = lines.times[last_of(lines, 0)];
     EXPECT_GT(time, known - 1e-2);
     EXPECT_LT(glm::length(lines.positions[last_of(lines, 0)]), stagnation * (1 + 1e-5));
-    if (integrator == Integrator::rk4) EXPECT_LT(time, known + 0.05);
+    if (integrator == Integrator::rk4) {
+      EXPECT_LT(time, known + 0.05);
+    }
     // By default: a millionth of the greatest speed.
     EXPECT_EQ(tracer.trace({{seed}}, {.time = 1000, .integrator = integrator, .step = 0.05}).end[0],
               FlowStatus::stagnation);
@@ -122,7 +124,9 @@ TEST(FlowEnds, LengthStepsAndTime) {
     lines = tracer.trace(seeds, {.time = 8, .integrator = integrator, .step = 0.25, .most_steps = 3});
     EXPECT_EQ(lines.end[0], FlowStatus::steps);
     EXPECT_EQ(rows_of(lines, 0), 4u);
-    if (integrator == Integrator::rk4) EXPECT_FLOAT_EQ(lines.times[3], 0.75f);
+    if (integrator == Integrator::rk4) {
+      EXPECT_FLOAT_EQ(lines.times[3], 0.75f);
+    }
     // As many as are needed.
     lines = tracer.trace(seeds, {.time = 0.75, .integrator = Integrator::rk4, .step = 0.25, .most_steps = 3});
     EXPECT_EQ(lines.end[0], FlowStatus::time);
