@@ -51,7 +51,8 @@ void judge(const CellTruths& grid, const std::vector<CellTruth>& truths, const F
   const CellTruth* found = nullptr;
   for (const CellTruth& truth : truths) {
     if (truth.cell != cell || (truth.only_between && some_sure)) continue;
-    if (found == nullptr || found->only_between) found = &truth;
+    const auto off = [&](const CellTruth& t) { return glm::length(glm::dvec3(samples.local[row]) - t.local); };
+    if (found == nullptr || found->only_between || off(truth) < off(*found)) found = &truth;
   }
   if (found == nullptr || cell > sure) {
     score.wrong++;
@@ -121,15 +122,18 @@ const glm::dmat3 affine_slope(0.5, -1.25, 0.75, 1.5, 0.25, -0.5, -0.75, 1.0, 2.0
 const glm::dvec3 affine_offset(0.5, 1, -2);
 glm::dvec3 affine(const glm::dvec3& p) { return affine_slope * p + affine_offset; }
 
-// A field that is affine stays so, whatever the cells: vectors to 2e-6 of the greatest, derivatives as well as the
-// shortest edge of a cell, `shortest` of the extent, lets them be known.
+// A field that is affine stays so, whatever the cells: vectors to 2e-6 of the greatest. Derivatives are differences over
+// edges of cells, at least `shortest` long, of vectors and places that are rounded at both ends: two roundings each, and
+// three times as much where edges stand askew.
 void check_affine(const std::vector<CurvilinearBlock>& blocks, const std::vector<glm::vec3>& points, double shortest,
                   const std::string& name) {
   const VectorField field = curvilinear_flow(blocks);
   double greatest = 0;
   for (const CurvilinearBlock& block : blocks)
     for (const glm::vec3& vector : block.vectors) greatest = std::max(greatest, double(glm::length(vector)));
-  const double slope_allowed = 2e-6 / shortest;
+  const Bounds bounds = field.bounds();
+  const double half = 0.5 * glm::length(bounds.upper - bounds.lower), steepest = glm::length(affine_slope[2]);
+  const double slope_allowed = 3 * rounding * (greatest + steepest * half) / shortest;
   for (const TestDevice& device : test_devices()) {
     const Tracer tracer(device.device, field);
     const FlowSamples samples = tracer.sample(points, 1);
@@ -148,6 +152,8 @@ void check_affine(const std::vector<CurvilinearBlock>& blocks, const std::vector
     EXPECT_EQ(lost, 0u) << name << " on " << device.label;
     EXPECT_LE(worst, 2e-6 * greatest) << name << " on " << device.label;
     EXPECT_LE(worst_slope, slope_allowed) << name << " on " << device.label;
+    std::printf("%s on %s: vectors %.2f, derivatives %.2f of what is allowed\n", name.c_str(), device.label.c_str(),
+                worst / (2e-6 * greatest), worst_slope / slope_allowed);
   }
 }
 
@@ -257,13 +263,13 @@ TEST(Location, UnevenAxes) {
 
 TEST(Location, AffineFieldsStayAffine) {
   const std::size_t count = 2000 / sanitized_part;
-  check_affine({block_of({9, 7, 8}, sheared, affine)}, mapped_points(sheared, count, 1e-4, 1), 0.05, "sheared");
+  check_affine({block_of({9, 7, 8}, sheared, affine)}, mapped_points(sheared, count, 1e-4, 1), 0.2, "sheared");
   // Faces of the hull are curved, and chords of the cells' faces stay within them by up to 2 % here.
-  check_affine({block_of({9, 7, 8}, twisted, affine)}, mapped_points(twisted, count, 0.03, 2), 0.03, "twisted");
-  check_affine({block_of({9, 7, 8}, mirrored, affine)}, mapped_points(mirrored, count, 0.03, 3), 0.03, "left-handed");
-  check_affine({inverted_block()}, mapped_points(twisted, count, 0.06, 4), 0.001, "inverted");
-  check_affine({block_of({33, 6, 4}, ring(0.5), affine)}, mapped_points(ring(0.6), count, 0.01, 5), 0.01, "ring");
-  check_affine({block_of({33, 6, 4}, ring(0), affine)}, mapped_points(ring(1e-3), count, 0.01, 6), 1e-4,
+  check_affine({block_of({9, 7, 8}, twisted, affine)}, mapped_points(twisted, count, 0.03, 2), 0.12, "twisted");
+  check_affine({block_of({9, 7, 8}, mirrored, affine)}, mapped_points(mirrored, count, 0.03, 3), 0.12, "left-handed");
+  check_affine({inverted_block()}, mapped_points(twisted, count, 0.06, 4), 0.05, "inverted");
+  check_affine({block_of({33, 6, 4}, ring(0.5), affine)}, mapped_points(ring(0.6), count, 0.01, 5), 0.09, "ring");
+  check_affine({block_of({33, 6, 4}, ring(0), affine)}, mapped_points(ring(1e-3), count, 0.01, 6), 0.02,
                "collapsed edge");
 }
 
