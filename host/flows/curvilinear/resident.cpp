@@ -120,7 +120,8 @@ void mark_undefined(const CurvilinearBlock& block, int reach, std::span<float> n
     if (marked[number] != 0) nodes[4 * number + 3] += float(CURVILINEAR_UNDEFINED);
 }
 
-void append_boxes(const glm::ivec3& size, std::span<const float> nodes, std::vector<CellBox>& boxes) {
+// Boxes of cells; where splines count, as far as these may bulge.
+void append_boxes(const glm::ivec3& size, bool cubic, std::span<const float> nodes, std::vector<CellBox>& boxes) {
   for (int k = 0; k + 1 < size.z; k++)
     for (int j = 0; j + 1 < size.y; j++)
       for (int i = 0; i + 1 < size.x; i++) {
@@ -132,7 +133,9 @@ void append_boxes(const glm::ivec3& size, std::span<const float> nodes, std::vec
           box.lower = glm::min(box.lower, place);
           box.upper = glm::max(box.upper, place);
         }
-        boxes.push_back(box);
+        const glm::vec3 sides = box.upper - box.lower;
+        const float bulge = cubic ? CURVILINEAR_BULGE * std::max({sides.x, sides.y, sides.z}) : 0.0f;
+        boxes.push_back({box.lower - bulge, box.upper + bulge});
       }
 }
 
@@ -161,7 +164,7 @@ void append_block(const CurvilinearBlock& block, const Frame& frame, bool cubic,
   const std::span<float> nodes(words.nodes.data() + first, words.nodes.size() - first);
   mark_cells(size, seams, examine_cells(size, rounded).irregular, nodes);
   mark_undefined(block, cubic ? 1 : 0, nodes);
-  append_boxes(size, nodes, words.boxes);
+  append_boxes(size, cubic, nodes, words.boxes);
 }
 
 class ResidentCurvilinear final : public ResidentFlow {
