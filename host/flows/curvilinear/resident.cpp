@@ -231,7 +231,7 @@ class ResidentCurvilinear final : public ResidentFlow {
     splines = TypedBuffer<float>(executor, FLOW_NODE_WORDS * words.spline_nodes, purpose);
     for (std::size_t at = 0; at < words.blocks.size(); at += CURVILINEAR_BLOCK_WORDS) {
       const std::uint32_t* block = words.blocks.data() + at;
-      const glm::ivec3 size(int(block[2]), int(block[3]), int(block[4]));
+      const glm::ivec3 size{int(block[2]), int(block[3]), int(block[4])};
       const std::size_t nodes = node_count(size), padded = padded_count(size);
       TypedBuffer<float> from(executor, FLOW_NODE_WORDS * nodes, purpose),
           to(executor, FLOW_NODE_WORDS * padded, purpose);
