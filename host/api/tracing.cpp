@@ -17,6 +17,7 @@
 #include "flows/queries.hpp"
 #include "flows/resident_flow.hpp"
 #include "kernels/flow/layout.inc"
+#include "numerics/parallel.hpp"
 #include "smurf/error.hpp"
 
 namespace smurf {
@@ -26,6 +27,7 @@ constexpr std::size_t lines_in_tile = 1 << 15;
 constexpr std::size_t points_in_tile = 1 << 18;
 constexpr int positions_in_round = 64;  // of a line
 constexpr int turns_in_round = 128;     // steps, with those that were tried in vain
+constexpr std::size_t lines_in_chunk = 64;
 static_assert(positions_in_round >= TRACE_LEAST_ROOM);
 // Of a step of Dormand and Prince's method, of the domain's extent: a step must not pass over what is small.
 constexpr double longest_step = 1.0 / 32;
@@ -40,19 +42,24 @@ std::uint32_t word_of(double value) { return std::bit_cast<std::uint32_t>(float(
 // What a float leaves out of a number.
 double rest_of(double value) { return value - double(float(value)); }
 
-// A position that is kept.
-struct Kept {
-  glm::vec3 position;
-  float time;
-  glm::vec3 first, second;
+// What a round keeps: of each line of its list so many positions, in rows of the same length.
+struct Round {
+  Values<float> points;
+  std::vector<std::uint32_t> list, counts;
 };
 
 // The lines of a tile in one direction, seeds left out.
 struct Half {
-  std::vector<std::vector<Kept>> lines;
+  std::vector<Round> rounds;
+  std::vector<std::uint32_t> sizes;  // positions of each line
   std::vector<FlowStatus> end;
   std::uint64_t steps = 0;
 };
+
+// Floats of a position that is kept.
+std::size_t width_of(const TraceOptions& options) {
+  return std::size_t(TRACE_POINT_WORDS) * std::size_t(1 + options.variation);
+}
 
 }  // namespace
 
@@ -187,87 +194,153 @@ class DeviceFlowQueries final : public FlowQueries {
     const std::size_t count = end - first;
     write_options(options, time);
     write_lines(seeds, first, end);
-    const std::size_t width = std::size_t(TRACE_POINT_WORDS) * std::size_t(1 + options.variation);
-    const std::size_t row = std::size_t(positions_in_round) * width;
-    ensure(points_, count * row, "positions of lines");
     ensure(counts_, count, "counts of positions");
     ensure(list_, count, "list of lines");
     Half half;
-    half.lines.resize(count);
+    half.sizes.assign(count, 0);
     half.end.assign(count, FlowStatus::inside);
-    std::vector<std::uint32_t> list(count), counts(count);
+    std::vector<float> last(count, 0.0f);  // time of each line's last position; that of the seed is 0
+    std::vector<std::uint32_t> list(count);
     for (std::size_t i = 0; i < count; i++) list[i] = std::uint32_t(i);
-    Values<float> points(count * row);
     while (!list.empty()) {
-      list_.write(list);
-      launch(executor_, program,
-             arguments::trace_lines{.flow = flow_->buffers(),
-                                    .options = options_.get(),
-                                    .list = list_.get(),
-                                    .lines = lines_.get(),
-                                    .points = points_.get(),
-                                    .counts = counts_.get(),
-                                    .count = int(list.size()),
-                                    .stride = int(count),
-                                    .room = positions_in_round,
-                                    .turns = turns_in_round,
-                                    .begin = 0},
-             list.size());
-      counts_.read(std::span(counts).first(list.size()));
-      points_.read(std::span(points).first(list.size() * row));
-      std::size_t going = 0;
-      for (std::size_t k = 0; k < list.size(); k++) {
-        const std::uint32_t line = list[k], kept = counts[k] & 0xffffu;
-        const auto status = FlowStatus(counts[k] >> 16);
-        keep(points.data() + k * row, kept, width, options, half.lines[line]);
-        half.end[line] = status;
-        if (status == FlowStatus::inside) list[going++] = line;
+      Round round = run_round(program, list, count, options);
+      list.clear();
+      for (std::size_t k = 0; k < round.list.size(); k++) {
+        const std::uint32_t line = round.list[k];
+        half.end[line] = FlowStatus(round.counts[k] >> 16);
+        round.counts[k] &= 0xffffu;
+        if (half.end[line] == FlowStatus::inside) list.push_back(line);
+        if (round.counts[k] > 0) drop_repeated(round, k, options, last[line]);
+        half.sizes[line] += round.counts[k];
       }
-      list.resize(going);
+      if (!options.ends_only) half.rounds.push_back(std::move(round));
     }
     std::vector<std::uint32_t> taken(count);
     lines_.read(taken, TRACE_TAKEN * count);
     for (const std::uint32_t steps : taken) half.steps += steps;
+    if (options.ends_only) half.rounds.push_back(ends(count, options, half.sizes));
     return half;
   }
 
-  static void keep(const float* points, std::size_t kept, std::size_t width, const TraceOptions& options,
-                   std::vector<Kept>& line) {
-    for (std::size_t i = 0; i < kept; i++) {
-      const float* p = points + i * width;
-      Kept next{{p[0], p[1], p[2]}, p[3], {}, {}};
-      if (options.variation > 0) next.first = {p[4], p[5], p[6]};
-      if (options.variation > 1) next.second = {p[8], p[9], p[10]};
-      // At a border the last step may have been kept already.
-      if (!line.empty() && (options.ends_only || line.back().time == next.time)) {
-        line.back() = next;
-      } else {
-        line.push_back(next);
+  // One round of the lines in the list, of `count` lines in all.
+  Round run_round(const Program& program, const std::vector<std::uint32_t>& list, std::size_t count,
+                  const TraceOptions& options) {
+    Round round;
+    round.list = list;
+    round.counts.resize(list.size());
+    list_.write(list);
+    const int room = options.ends_only ? 0 : positions_in_round;
+    round.points.resize(list.size() * std::size_t(room) * width_of(options));
+    // Devices that share the host's memory write there.
+    std::unique_ptr<DeviceBuffer> shared;
+    if (!round.points.empty()) {
+      shared = executor_.share_results(round.points.data(), round.points.size() * sizeof(float), "positions of lines");
+      if (!shared) ensure(points_, round.points.size(), "positions of lines");
+    }
+    launch(executor_, program,
+           arguments::trace_lines{.flow = flow_->buffers(),
+                                  .options = options_.get(),
+                                  .list = list_.get(),
+                                  .lines = lines_.get(),
+                                  .points = shared ? shared.get() : points_.get(),
+                                  .counts = counts_.get(),
+                                  .count = int(list.size()),
+                                  .stride = int(count),
+                                  .room = room,
+                                  .turns = turns_in_round,
+                                  .begin = 0},
+           list.size());
+    counts_.read(round.counts);
+    if (!shared && !round.points.empty()) points_.read(round.points);
+    return round;
+  }
+
+  // At a border the last step may have been kept already.
+  static void drop_repeated(Round& round, std::size_t k, const TraceOptions& options, float& last) {
+    const std::size_t width = width_of(options);
+    const float* times = round.points.data() + k * std::size_t(positions_in_round) * width + 3;
+    const std::size_t count = round.counts[k];
+    const float before = count > 1 ? times[(count - 2) * width] : last;
+    last = times[(count - 1) * width];
+    if (before == last) round.counts[k]--;
+  }
+
+  // Where all lines stand, as if they had been kept, of those that have left their seed.
+  Round ends(std::size_t count, const TraceOptions& options, std::vector<std::uint32_t>& sizes) {
+    std::vector<std::uint32_t> words(count * TRACE_WORDS);
+    lines_.read(words);
+    const auto number = [&](int column, std::size_t i) {
+      return std::bit_cast<float>(words[std::size_t(column) * count + i]);
+    };
+    const std::size_t width = width_of(options), row = std::size_t(positions_in_round) * width;
+    Round round;
+    round.points.resize(count * row);
+    for (std::size_t i = 0; i < count; i++) {
+      float* point = round.points.data() + i * row;
+      sizes[i] = number(TRACE_TIME, i) != 0 ? 1 : 0;
+      round.list.push_back(std::uint32_t(i));
+      round.counts.push_back(sizes[i]);
+      point[3] = number(TRACE_TIME, i);
+      for (int axis = 0; axis < 3; axis++) {
+        point[axis] = number(TRACE_X + axis, i);
+        if (options.variation > 0) point[4 + axis] = number(TRACE_FIRST + axis, i);
+        if (options.variation > 1) point[8 + axis] = number(TRACE_SECOND + axis, i);
       }
     }
+    return round;
   }
 
   static void append(const FlowSeeds& seeds, std::size_t first, std::size_t end, const TraceOptions& options,
                      const Half& forward, const Half& back, Streamlines& lines) {
-    const auto add = [&](const Kept& kept) {
-      lines.positions.push_back(kept.position);
-      lines.times.push_back(kept.time);
-      if (options.variation > 0) lines.first.push_back(kept.first);
-      if (options.variation > 1) lines.second.push_back(kept.second);
-    };
-    for (std::size_t i = 0; i < end - first; i++) {
-      const std::size_t seed = first + i;
-      if (options.both) std::for_each(back.lines[i].rbegin(), back.lines[i].rend(), add);
-      const auto vector_of = [&](const std::vector<glm::dvec3>& list) {
-        return list.empty() ? glm::vec3(0.0f) : glm::vec3(list[seed]);
-      };
-      add({glm::vec3(seeds.positions[seed]), 0.0f, vector_of(seeds.tangents), vector_of(seeds.second_tangents)});
-      std::for_each(forward.lines[i].begin(), forward.lines[i].end(), add);
+    const std::size_t count = end - first, before = lines.positions.size();
+    std::vector<std::uint64_t> at(count);  // of each line's seed
+    std::uint64_t total = before;
+    for (std::size_t i = 0; i < count; i++) {
+      const std::uint64_t behind = options.both ? back.sizes[i] : 0;
+      at[i] = total + behind;
+      total += behind + 1 + forward.sizes[i];
+      lines.offsets.push_back(total);
       lines.end.push_back(forward.end[i]);
       lines.beginning.push_back(options.both ? back.end[i] : FlowStatus::inside);
-      lines.offsets.push_back(lines.positions.size());
     }
+    lines.positions.resize(total);
+    lines.times.resize(total);
+    lines.first.resize(options.variation > 0 ? total : 0);
+    lines.second.resize(options.variation > 1 ? total : 0);
+    for (std::size_t i = 0; i < count; i++) {
+      lines.positions[at[i]] = glm::vec3(seeds.positions[first + i]);
+      lines.times[at[i]] = 0.0f;
+      if (options.variation > 0) lines.first[at[i]] = glm::vec3(seeds.tangents[first + i]);
+      if (options.variation > 1)
+        lines.second[at[i]] =
+            seeds.second_tangents.empty() ? glm::vec3(0.0f) : glm::vec3(seeds.second_tangents[first + i]);
+    }
+    place(forward, options, at, 1, lines);
+    place(back, options, at, -1, lines);
     lines.steps += forward.steps + back.steps;
+  }
+
+  // Puts the positions of a half where they belong: behind those of the seeds, or before them in the other order.
+  static void place(const Half& half, const TraceOptions& options, const std::vector<std::uint64_t>& at,
+                    std::int64_t side, Streamlines& lines) {
+    const std::size_t width = width_of(options), row = std::size_t(positions_in_round) * width;
+    std::vector<std::uint32_t> done(at.size(), 0);
+    for (const Round& round : half.rounds) {
+      const std::size_t listed = round.list.size();
+      parallel_for((listed + lines_in_chunk - 1) / lines_in_chunk, [&](std::size_t chunk) {
+        for (std::size_t k = chunk * lines_in_chunk; k < std::min(listed, (chunk + 1) * lines_in_chunk); k++) {
+          const std::uint32_t line = round.list[k];
+          for (std::size_t i = 0; i < round.counts[k]; i++) {
+            const float* p = round.points.data() + k * row + i * width;
+            const auto to = std::size_t(std::int64_t(at[line]) + side * std::int64_t(++done[line]));
+            lines.positions[to] = {p[0], p[1], p[2]};
+            lines.times[to] = p[3];
+            if (options.variation > 0) lines.first[to] = {p[4], p[5], p[6]};
+            if (options.variation > 1) lines.second[to] = {p[8], p[9], p[10]};
+          }
+        }
+      });
+    }
   }
 
   Device device_;
