@@ -13,7 +13,7 @@ namespace smurf {
 
 namespace {
 
-constexpr float fade = 0.62f;       // of the farthest
+constexpr float fade = 0.5f;        // of the farthest
 constexpr float darkest = 0.75f;    // by how much shade takes light away at most
 constexpr float full_shade = 0.2f;  // what is so much of the range of depths behind its surroundings
 

@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
+#include <glm/glm.hpp>
 #include <string>
 #include <vector>
 
