@@ -1,5 +1,5 @@
-// Streamlines as a user meets them: `smurf trace`, `info` and `render` of vector fields, by the reference, and what is
-// refused in one line.
+// Streamlines as a user meets them: `smurf trace` on every device, `info` and `render` of vector fields by the reference,
+// and what is refused in one line.
 //
 // The flow of (-y, x, 0.3) is known: it turns about z by the angle t, and rises by 0.3 t.
 #include <fmt/format.h>
@@ -38,7 +38,8 @@ class TraceCli : public test::CommandLine {
   }
   std::string command(const std::string& rest, const std::string& file = "turn.json",
                       const std::string& seeds = "seeds.csv") const {
-    return "trace " + in(file) + " --seeds " + in(seeds) + " " + rest + " --device reference -o " + in("lines.csv");
+    return "trace " + in(file) + " --seeds " + in(seeds) + " " + rest + " --device " + device_ + " -o " +
+           in("lines.csv");
   }
   Csv traced(const std::string& rest, const std::string& file = "turn.json",
              const std::string& seeds = "seeds.csv") const {
@@ -58,6 +59,7 @@ class TraceCli : public test::CommandLine {
     }
     return found;
   }
+  std::string device_ = "reference";
   static void expect_turned(const Csv& lines, std::size_t row, const glm::dvec3& seed) {
     const double t = lines.number(row, "t");
     EXPECT_NEAR(lines.number(row, "x"), seed.x * std::cos(t) - seed.y * std::sin(t), tolerance) << row;
@@ -68,7 +70,19 @@ class TraceCli : public test::CommandLine {
 
 const glm::dvec3 three_seeds[] = {{1, 0, 0}, {0, 2, 0.5}, {0.5, 0, 2.5}};
 
-TEST_F(TraceCli, WritesTheColumnsOfTheContract) {
+// What runs on every device.
+class TraceCliOnDevice : public TraceCli, public testing::WithParamInterface<const char*> {
+ protected:
+  void SetUp() override {
+    TraceCli::SetUp();
+    device_ = GetParam();
+    if (!test::has_device(device_)) GTEST_SKIP() << "no device " << device_;
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Devices, TraceCliOnDevice, testing::ValuesIn(test::devices_to_try), test::device_name);
+
+TEST_P(TraceCliOnDevice, WritesTheColumnsOfTheContract) {
   const Csv lines = traced("--time 6");
   EXPECT_EQ(lines.header, "line,t,status,x,y,z");
   EXPECT_EQ(ends(lines), (std::vector<std::string>{"time", "time", "domain"}));
@@ -89,7 +103,7 @@ TEST_F(TraceCli, WritesTheColumnsOfTheContract) {
   EXPECT_NEAR(lines.number(lines.rows.size() - 1, "t"), 0.5 / 0.3, tolerance);
 }
 
-TEST_F(TraceCli, BackAndBothWays) {
+TEST_P(TraceCliOnDevice, BackAndBothWays) {
   const Csv back = traced("--time -2 --interval 0.5");
   ASSERT_EQ(back.rows.size(), 15u);
   for (std::size_t row = 0; row < 15; row++) {
@@ -114,7 +128,7 @@ TEST_F(TraceCli, BackAndBothWays) {
 }
 
 // c(u) = (1 + u², u, 0) is turned with its derivatives.
-TEST_F(TraceCli, VariationAlongACurve) {
+TEST_P(TraceCliOnDevice, VariationAlongACurve) {
   const Csv lines = traced("--time 2 --interval 1 --variation 2", "turn.json", "curve.json");
   EXPECT_EQ(lines.header, "line,t,status,x,y,z,ux,uy,uz,uux,uuy,uuz");
   ASSERT_EQ(lines.rows.size(), 15u);
@@ -133,7 +147,7 @@ TEST_F(TraceCli, VariationAlongACurve) {
   EXPECT_NEAR(single.number(1, "ux"), -std::sin(1), tolerance);
 }
 
-TEST_F(TraceCli, LinesEndForEveryReason) {
+TEST_P(TraceCliOnDevice, LinesEndForEveryReason) {
   EXPECT_EQ(ends(traced("--time 9 --steps 1 --integrator rk4 --step 0.01")),
             (std::vector<std::string>{"steps", "steps", "steps"}));
   const Csv shortened = traced("--time 9 --length 0.5");
@@ -155,7 +169,8 @@ TEST_F(TraceCli, LinesEndForEveryReason) {
   EXPECT_EQ(two.rows.size(), 6u);
 }
 
-TEST_F(TraceCli, RungeKuttaIsOfFourthOrder) {
+TEST_P(TraceCliOnDevice, RungeKuttaIsOfFourthOrder) {
+  if (device_ == "reference") GTEST_SKIP() << "the reference has a method of its own, whatever the integrator";
   const auto error = [&](const std::string& step) {
     const Csv lines = traced("--time 3 --ends --integrator rk4 --step " + step);
     return std::hypot(lines.number(1, "x") - std::cos(3.0), lines.number(1, "y") - std::sin(3.0));
@@ -165,7 +180,7 @@ TEST_F(TraceCli, RungeKuttaIsOfFourthOrder) {
   EXPECT_NEAR(error("0.5") / error("0.25"), 16, 1.5);
 }
 
-TEST_F(TraceCli, SeedsOutside) {
+TEST_P(TraceCliOnDevice, SeedsOutside) {
   write("some.csv", "x,y,z\n1,0,0\n9,0,0\n0,-7,0\n");
   const Outcome partly = run(command("--time 1", "turn.json", "some.csv"));
   ASSERT_EQ(partly.code, 0) << partly.err;
