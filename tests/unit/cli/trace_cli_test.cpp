@@ -1,5 +1,5 @@
-// Streamlines as a user meets them: `smurf trace` on every device, `info` and `render` of vector fields by the reference,
-// and what is refused in one line.
+// Streamlines as a user meets them: `smurf trace` on every device, `info` and `render` of vector fields by the
+// reference, and what is refused in one line.
 //
 // The flow of (-y, x, 0.3) is known: it turns about z by the angle t, and rises by 0.3 t.
 #include <fmt/format.h>
