@@ -473,3 +473,5 @@ FN void store_integer_row(Buffer b, int start, integer i, IntegerRow integers, m
 #elif LANES == 16
 #define lane_items(i) ((int)(i)*16 + (int16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
 #endif
+
+#include "prelude/fours_opencl.inc"

@@ -160,3 +160,5 @@ void store_integer_row(Buffer b, int start, integer i, IntegerRow row, mask m) {
   layout(push_constant) uniform Arguments{KERNEL_MEMBERS} arguments; \
   void main() { name(KERNEL_VALUES); }                               \
   void name(KERNEL_PARAMETERS)
+
+#include "prelude/fours_glsl.inc"

@@ -74,6 +74,21 @@ RayBatch Camera::rays() const {
   return batch;
 }
 
+Projection::Projection(const Camera& camera) : eye_(camera.eye), parallel_(camera.orthographic_height > 0) {
+  check_lens(camera);
+  const Frame frame = frame_of(camera);
+  to_view_ = glm::transpose(glm::dmat3(frame.right, frame.up, frame.forward));
+  centre_ = 0.5 * glm::dvec2(camera.width, camera.height);
+  scale_ = parallel_ ? camera.height / camera.orthographic_height
+                     : 0.5 * camera.height / std::tan(camera.field_of_view * std::numbers::pi / 360.0);
+}
+
+glm::dvec3 Projection::in_view(const glm::dvec3& point) const { return to_view_ * (point - eye_); }
+
+glm::dvec2 Projection::pixel(const glm::dvec3& in_view) const {
+  return centre_ + pixels_per_unit(in_view.z) * glm::dvec2(in_view.x, -in_view.y);
+}
+
 Camera fitted_camera(const Bounds& bounds, int width, int height) {
   const double diagonal = glm::length(bounds.upper - bounds.lower);
   Camera camera;

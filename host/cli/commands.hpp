@@ -8,6 +8,8 @@
 #include <optional>
 #include <string>
 
+#include "smurf/flow.hpp"
+
 namespace smurf {
 
 struct CommonOptions {
@@ -41,12 +43,23 @@ struct ProbeCommand {
   DeviceChoice device;
 };
 
+struct TraceCommand {
+  std::filesystem::path field, seeds, output;
+  std::string integrator = "dormand-prince";
+  std::optional<double> step, tolerance;
+  TraceOptions options;
+  DeviceChoice device;
+};
+
 struct RenderCommand {
   std::filesystem::path surface, output;
-  std::string shades = "phong";
+  std::optional<std::filesystem::path> seeds;  // then `surface` is a vector field, and lines are drawn
+  std::optional<std::string> shades;           // by default phong, of lines speed
   std::string size = "512x512";
   std::optional<std::string> eye, look_at, up, range;
   std::optional<double> field_of_view;
+  std::optional<double> time, radius;  // of lines
+  bool both = false;
   int samples = 2;
   DeviceChoice device;
 };
@@ -65,6 +78,7 @@ void run_devices();
 void run_info(const InfoOptions& options, const CommonOptions& common);
 void run_cast(const CastCommand& command, const CommonOptions& common);
 void run_probe(const ProbeCommand& command, const CommonOptions& common);
+void run_trace(const TraceCommand& command, const CommonOptions& common);
 void run_render(const RenderCommand& command, const CommonOptions& common);
 void run_compare(const CompareCommand& command, const CommonOptions& common);
 

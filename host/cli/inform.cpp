@@ -9,7 +9,9 @@
 
 #include "cli/commands.hpp"
 #include "cli/session.hpp"
+#include "flows/definition.hpp"
 #include "smurf/error.hpp"
+#include "smurf/flow.hpp"
 #include "smurf/interrogator.hpp"
 #include "smurf/surface.hpp"
 #include "surfaces/surface_definition.hpp"
@@ -35,10 +37,12 @@ void print_table(const std::vector<Row>& rows) {
 
 std::string vector_text(const glm::dvec3& v) { return fmt::format("({:g}, {:g}, {:g})", v.x, v.y, v.z); }
 
-std::string memory_on_device(const Surface& surface, const InfoOptions& options, const CommonOptions& common) {
+// `what` is a surface or a vector field.
+template <class What>
+std::string memory_on_device(const What& what, const InfoOptions& options, const CommonOptions& common) {
   try {
     const Device device = open(options.device, common);
-    const Interrogator query = prepare(device, surface, common);
+    const auto query = prepare(device, what, common);
     return fmt::format("{} on {}:{} ({})", bytes_text(query.device_bytes()), device.info().executor,
                        device.info().index, device.info().name);
   } catch (const Error& error) {
@@ -46,6 +50,17 @@ std::string memory_on_device(const Surface& surface, const InfoOptions& options,
     if (options.device_asked_for || error.code() != ErrorCode::usage) throw;
     return fmt::format("not known: {}", error.what());
   }
+}
+
+// `what` is a surface or a vector field.
+template <class What>
+void inform(const What& what, const InfoOptions& options, const CommonOptions& common) {
+  const Bounds bounds = what.bounds();
+  std::vector<Row> rows{{"kind", std::string(what.kind())},
+                        {"bounds", fmt::format("{} to {}", vector_text(bounds.lower), vector_text(bounds.upper))}};
+  for (const Fact& fact : what.model().facts()) rows.push_back({fact.name, fact.value});
+  rows.push_back({"device memory", memory_on_device(what, options, common)});
+  print_table(rows);
 }
 
 }  // namespace
@@ -61,13 +76,8 @@ void run_devices() {
 }
 
 void run_info(const InfoOptions& options, const CommonOptions& common) {
-  const Surface surface = load_surface(options.surface);
-  const Bounds bounds = surface.bounds();
-  std::vector<Row> rows{{"kind", std::string(surface.kind())},
-                        {"bounds", fmt::format("{} to {}", vector_text(bounds.lower), vector_text(bounds.upper))}};
-  for (const Fact& fact : surface.model().facts()) rows.push_back({fact.name, fact.value});
-  rows.push_back({"device memory", memory_on_device(surface, options, common)});
-  print_table(rows);
+  if (is_vector_field(options.surface)) inform(load_vector_field(options.surface), options, common);
+  else inform(load_surface(options.surface), options, common);
 }
 
 }  // namespace smurf

@@ -40,6 +40,7 @@ struct CommandLine {
   InfoOptions info;
   CastCommand cast;
   ProbeCommand probe;
+  TraceCommand trace;
   RenderCommand render;
   CompareCommand compare;
   BenchOptions bench;
@@ -48,6 +49,7 @@ struct CommandLine {
   void declare(CLI::App& app);
   void declare_inform(CLI::App& app);
   void declare_query(CLI::App& app);
+  void declare_trace(CLI::App& app);
   void declare_render(CLI::App& app);
   void declare_compare(CLI::App& app);
   void declare_bench(CLI::App& app);
@@ -77,6 +79,14 @@ CLI::Option* add_device(CLI::App* verb, DeviceChoice& device) {
 }
 
 template <class T>
+CLI::Option* add_seeds(CLI::App* verb, T& seeds) {
+  return verb
+      ->add_option("--seeds", seeds,
+                   "Where lines begin: columns x,y,z and optionally the tangents dx,dy,dz; or a curve (JSON)")
+      ->type_name("SEEDS.csv|.json");
+}
+
+template <class T>
 void add_output(CLI::App* verb, T& file, const char* type, const char* help) {
   verb->add_option("-o,--output", file, help)->type_name(type)->required();
 }
@@ -90,6 +100,7 @@ void CommandLine::declare(CLI::App& app) {
   app.add_flag("--quiet", common.quiet, "No progress");
   declare_inform(app);
   declare_query(app);
+  declare_trace(app);
   declare_render(app);
   declare_compare(app);
   declare_bench(app);
@@ -98,7 +109,7 @@ void CommandLine::declare(CLI::App& app) {
 void CommandLine::declare_inform(CLI::App& app) {
   chosen(app.add_subcommand("devices", "What can run here"), run_devices);
 
-  CLI::App* verb = app.add_subcommand("info", "Kind, bounds, sizes, memory on the device");
+  CLI::App* verb = app.add_subcommand("info", "Kind, bounds, sizes, memory on the device; also of vector fields");
   add_surface(verb, info.surface);
   CLI::Option* device = add_device(verb, info.device);
   chosen(verb, [this, device] {
@@ -134,14 +145,55 @@ void CommandLine::declare_query(CLI::App& app) {
   chosen(verb, [this] { run_probe(probe, common); });
 }
 
+void CommandLine::declare_trace(CLI::App& app) {
+  TraceOptions& options = trace.options;
+  CLI::App* verb = app.add_subcommand("trace", "Streamlines of a vector field");
+  verb->add_option("field", trace.field, "Description of a vector field, or of a stream surface, whose field is taken")
+      ->type_name("FIELD.json")
+      ->required();
+  add_seeds(verb, trace.seeds)->required();
+  verb->add_option("--time", options.time, "How long to follow the flow; negative: back")->type_name("T")->required();
+  verb->add_flag("--both", options.both, "From -T to T, in one line");
+  verb->add_option("--integrator", trace.integrator, "dormand-prince (5th order, error control) or rk4 (fixed step)")
+      ->check(CLI::IsMember({"dormand-prince", "rk4"}))
+      ->capture_default_str();
+  verb->add_option("--step", trace.step, "rk4: time of a step; by default a 200th of the time")->type_name("H");
+  verb->add_option("--tolerance", trace.tolerance,
+                   "dormand-prince: error of a step, in units of space; by default 1e-6 of the domain's extent")
+      ->type_name("E");
+  verb->add_option("--interval", options.interval, "Time between rows; by default every step has one")->type_name("DT");
+  verb->add_flag("--ends", options.ends_only, "Only the first and the last row of each line");
+  verb->add_option("--length", options.length, "Arc length to end at")->type_name("L");
+  verb->add_option("--steps", options.most_steps, "Steps to end at")->type_name("N")->capture_default_str();
+  verb->add_option("--stagnation", options.stagnation,
+                   "Speed to end at; by default 1e-6 of the greatest speed of the samples, or of the seeds")
+      ->type_name("V");
+  verb->add_option("--variation", options.variation,
+                   "1: also how rows vary with the seed along its tangent; 2: also the second derivative")
+      ->check(CLI::IsMember({1, 2}));
+  add_device(verb, trace.device);
+  add_output(verb, trace.output, "LINES.csv",
+             "One row per position; .vtp in place of .csv writes polylines as VTK XML");
+  chosen(verb, [this] { run_trace(trace, common); });
+}
+
 void CommandLine::declare_render(CLI::App& app) {
-  CLI::App* verb = app.add_subcommand("render", "A picture of the surface");
+  CLI::App* verb = app.add_subcommand("render", "A picture of the surface, or with --seeds of lines of a vector field");
   add_surface(verb, render.surface);
   verb->add_option(
           "--shade", render.shades,
-          "At most one colour (normal, gauss, mean, k1, k2, depth), and phong (light), contour (dark outlines)")
-      ->type_name("LIST")
-      ->capture_default_str();
+          "At most one colour (normal, gauss, mean, k1, k2, depth), and phong (light), contour (dark outlines); by "
+          "default phong. Of lines: speed (the default), time or none")
+      ->type_name("LIST");
+  CLI::Option* seeds = add_seeds(verb, render.seeds);
+  verb->add_option("--time", render.time,
+                   "How long lines are; by default they cross the domain at the mean speed of the seeds")
+      ->type_name("T")
+      ->needs(seeds);
+  verb->add_flag("--both", render.both, "Lines go both ways from their seeds")->needs(seeds);
+  verb->add_option("--radius", render.radius, "Of lines, in units of space; by default a 500th of the extent")
+      ->type_name("R")
+      ->needs(seeds);
   verb->add_option("--size", render.size, "Pixels")->type_name("WxH")->capture_default_str();
   verb->add_option("--eye", render.eye, "Where the camera stands; by default where all of the surface is seen")
       ->type_name("x,y,z");

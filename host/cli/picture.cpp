@@ -1,4 +1,4 @@
-// The verb `render`.
+// The verb `render`: surfaces, and lines of vector fields.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,10 +9,13 @@
 #include <vector>
 
 #include "cli/commands.hpp"
+#include "cli/lines.hpp"
 #include "cli/numbers.hpp"
 #include "cli/progress.hpp"
 #include "cli/session.hpp"
+#include "flows/seeds/seed_curve.hpp"
 #include "smurf/error.hpp"
+#include "smurf/lines.hpp"
 #include "smurf/render.hpp"
 
 namespace smurf {
@@ -62,12 +65,9 @@ std::optional<ValueRange> range_in(const std::optional<std::string>& text) {
   return ValueRange{(*numbers)[0], (*numbers)[1]};
 }
 
-}  // namespace
-
-void run_render(const RenderCommand& command, const CommonOptions& common) {
-  check_output(command.output, {".png"});
+void render_surface(const RenderCommand& command, const CommonOptions& common) {
   RenderOptions options;
-  options.shades = shades_named(command.shades);
+  options.shades = shades_named(command.shades.value_or("phong"));
   options.samples = command.samples;
   options.range = range_in(command.range);
   const Surface surface = load_surface(command.surface);
@@ -86,6 +86,59 @@ void run_render(const RenderCommand& command, const CommonOptions& common) {
   save_png(image, command.output);
   const std::size_t samples = std::size_t(command.samples) * std::size_t(command.samples);
   report(device, common, "rays", std::size_t(image.width) * std::size_t(image.height) * samples, seconds);
+}
+
+// As long as a line needs to cross the domain at the mean speed of the seeds.
+double usual_time(const Tracer& tracer, const FlowSeeds& seeds, const Bounds& bounds) {
+  const std::vector<glm::vec3> places(seeds.positions.begin(), seeds.positions.end());
+  double sum = 0;
+  std::size_t count = 0;
+  for (const glm::vec3& value : tracer.sample(places).value) {
+    const double speed = glm::length(glm::dvec3(value));
+    if (!std::isfinite(speed)) continue;
+    sum += speed;
+    count++;
+  }
+  // Where nothing flows tracing says so.
+  return sum > 0 ? glm::length(bounds.upper - bounds.lower) * double(count) / sum : 1;
+}
+
+void render_lines(const RenderCommand& command, const CommonOptions& common) {
+  constexpr int rows = 300;  // of a line; between them it is drawn as cubics
+  LineRenderOptions options;
+  options.shade = line_shade_named(command.shades.value_or("speed"));
+  options.samples = std::max(command.samples, 3);
+  options.range = range_in(command.range);
+  options.radius = command.radius.value_or(0);
+  const VectorField field = load_vector_field(command.surface);
+  options.box = field.bounds();
+  options.camera = camera_of(command, field.bounds());
+  FlowSeeds seeds = load_seeds(*command.seeds);
+  seeds.tangents.clear();
+  seeds.second_tangents.clear();
+  const Device device = open(command.device, common);
+  const Tracer tracer = prepare(device, field, common);
+
+  const Stopwatch watch;
+  TraceOptions trace;
+  trace.time = command.time.value_or(usual_time(tracer, seeds, field.bounds()));
+  trace.both = command.both;
+  trace.interval = std::abs(trace.time) / rows;
+  const Streamlines lines = trace_lines(tracer, seeds, trace, common);
+  const double seconds = watch.seconds();
+  save_png(render(lines, tracer.sample(lines.positions).value, options), command.output);
+  report(device, common, "steps", lines.steps, seconds);
+}
+
+}  // namespace
+
+void run_render(const RenderCommand& command, const CommonOptions& common) {
+  check_output(command.output, {".png"});
+  if (command.seeds) return render_lines(command, common);
+  if (is_vector_field(command.surface))
+    throw Error(ErrorCode::usage, fmt::format("{}: a vector field is drawn by lines: --seeds tells where they begin",
+                                              command.surface.string()));
+  render_surface(command, common);
 }
 
 }  // namespace smurf

@@ -27,6 +27,11 @@ Interrogator prepare(const Device& device, const Surface& surface, const CommonO
   return Interrogator(device, surface, {.progress = progress.callback()});
 }
 
+Tracer prepare(const Device& device, const VectorField& field, const CommonOptions& common) {
+  Progress progress(fmt::format("preparing the field ({})", field.kind()), common.quiet);
+  return Tracer(device, field, {.progress = progress.callback()});
+}
+
 std::string extension_of(const std::filesystem::path& file) {
   std::string text = file.extension().string();
   std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return char(std::tolower(c)); });

@@ -9,6 +9,7 @@
 
 #include "cli/commands.hpp"
 #include "smurf/device.hpp"
+#include "smurf/flow.hpp"
 #include "smurf/interrogator.hpp"
 
 namespace smurf {
@@ -17,6 +18,8 @@ Device open(const DeviceChoice& choice, const CommonOptions& common);
 
 // The surface on the device; says how far it is where that takes long.
 Interrogator prepare(const Device& device, const Surface& surface, const CommonOptions& common);
+// The same of a vector field.
+Tracer prepare(const Device& device, const VectorField& field, const CommonOptions& common);
 
 // Throws Error (usage) when the extension is none of `extensions` (".csv"), when the folder does not exist or
 // when the path is a folder: known before the work begins, so that no work is lost.

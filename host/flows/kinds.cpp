@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <bit>
+
 #include "flows/resident_flow.hpp"
 #include "flows/vector_files.hpp"
 #include "io/description.hpp"
@@ -52,6 +54,14 @@ const std::map<std::string, FlowFileReader>& flow_file_readers() {
 #include "flows/kinds.def"
   };
   return readers;
+}
+
+void put_flow_domain(const Domain& domain, std::span<std::uint32_t> words) {
+  for (int axis = 0; axis < 3; axis++) {
+    words[std::size_t(axis)] = std::bit_cast<std::uint32_t>(float(domain.lower[axis]));
+    words[3 + std::size_t(axis)] = std::bit_cast<std::uint32_t>(float(domain.upper[axis]));
+  }
+  words[6] = std::bit_cast<std::uint32_t>(float(domain.radius));
 }
 
 std::string_view VectorField::kind() const { return model_->kind(); }

@@ -22,6 +22,9 @@ using FlowFileReader = std::shared_ptr<const VectorFieldDefinition> (*)(const st
 std::unique_ptr<ResidentFlow> reside(const VectorFieldDefinition& definition, Executor& executor,
                                      const PrepareOptions& options);
 std::shared_ptr<const ReferenceFlow> refer(const VectorFieldDefinition& definition);
+// Also what "source" takes for its "vector".
+std::shared_ptr<const VectorFieldDefinition> read_expression_flow(const nlohmann::json& field, std::string_view path,
+                                                                  const std::filesystem::path& folder);
 const std::map<std::string, FlowReader>& flow_readers();
 const std::map<std::string, FlowFileReader>& flow_file_readers();
 

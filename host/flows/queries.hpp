@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "flows/definition.hpp"
 
@@ -15,6 +16,8 @@ class FlowQueries {
   virtual Streamlines trace(const FlowSeeds& seeds, const TraceOptions& options) = 0;
   virtual FlowSamples sample(std::span<const glm::vec3> points, int derivatives) = 0;
   virtual std::size_t device_bytes() const = 0;
+
+  std::optional<double> greatest_speed = {};  // on a lattice over the domain, once it is known
 };
 
 std::unique_ptr<FlowQueries> trace_on_device(const Device& device,

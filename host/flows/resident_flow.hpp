@@ -26,4 +26,7 @@ class ResidentFlow {
   Program program(KernelId kernel) const { return {kernel, modules(), defines(), {{"flow", names_of(buffers())}}}; }
 };
 
+// The words of kernels/flow/domain.inc.
+void put_flow_domain(const Domain& domain, std::span<std::uint32_t> words);
+
 }  // namespace smurf

@@ -100,17 +100,17 @@ std::vector<std::size_t> find_columns(const CsvText& text, const std::vector<std
   return places;
 }
 
-float number_in(const CsvText& text, std::string_view cell, std::string_view column) {
-  float value = 0;
+template <class T>
+T number_in(const CsvText& text, std::string_view cell, std::string_view column) {
+  T value = 0;
   if (parse_number(cell, value) != NumberParse::ok)
     text.fail(fmt::format("column \"{}\" holds \"{}\", which is no number", column, shown(cell)));
   return value;
 }
 
-}  // namespace
-
-CsvColumns read_csv(const std::filesystem::path& file, std::initializer_list<std::string_view> required,
-                    std::initializer_list<std::string_view> optional) {
+template <class T>
+CsvTable<T> read_table(const std::filesystem::path& file, std::initializer_list<std::string_view> required,
+                       std::initializer_list<std::string_view> optional) {
   std::vector<std::string_view> wanted(required);
   wanted.insert(wanted.end(), optional);
   CsvText text(file);
@@ -122,7 +122,7 @@ CsvColumns read_csv(const std::filesystem::path& file, std::initializer_list<std
   const std::size_t width = cells.size();
   const std::vector<std::size_t> places = find_columns(text, cells, wanted, required.size());
 
-  CsvColumns result;
+  CsvTable<T> result;
   result.columns.resize(wanted.size());
   const std::size_t lines = text.lines_at_most();
   for (std::size_t i = 0; i < wanted.size(); i++) {
@@ -133,10 +133,22 @@ CsvColumns read_csv(const std::filesystem::path& file, std::initializer_list<std
     text.cells(cells);
     if (cells.size() != width) text.fail(fmt::format("{} cells, but the header has {}", cells.size(), width));
     for (std::size_t i = 0; i < wanted.size(); i++)
-      if (result.present[i]) result.columns[i].push_back(number_in(text, cells[places[i]], wanted[i]));
+      if (result.present[i]) result.columns[i].push_back(number_in<T>(text, cells[places[i]], wanted[i]));
     result.rows++;
   }
   return result;
+}
+
+}  // namespace
+
+CsvColumns read_csv(const std::filesystem::path& file, std::initializer_list<std::string_view> required,
+                    std::initializer_list<std::string_view> optional) {
+  return read_table<float>(file, required, optional);
+}
+
+CsvDoubles read_csv_doubles(const std::filesystem::path& file, std::initializer_list<std::string_view> required,
+                            std::initializer_list<std::string_view> optional) {
+  return read_table<double>(file, required, optional);
 }
 
 }  // namespace smurf

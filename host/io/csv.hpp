@@ -13,15 +13,21 @@
 
 namespace smurf {
 
-struct CsvColumns {
-  std::vector<std::vector<float>> columns;  // the required ones, then the optional ones; empty if the file has it not
-  std::vector<bool> present;                // per column
+template <class T>
+struct CsvTable {
+  std::vector<std::vector<T>> columns;  // the required ones, then the optional ones; empty if the file has it not
+  std::vector<bool> present;            // per column
   std::size_t rows = 0;
 };
+using CsvColumns = CsvTable<float>;
+using CsvDoubles = CsvTable<double>;
 
 // Throws Error (input) that names the file, the line and the column: missing file or column, a cell that is
 // no number, a row with too few or too many cells.
 CsvColumns read_csv(const std::filesystem::path& file, std::initializer_list<std::string_view> required,
                     std::initializer_list<std::string_view> optional = {});
+// The same in double precision.
+CsvDoubles read_csv_doubles(const std::filesystem::path& file, std::initializer_list<std::string_view> required,
+                            std::initializer_list<std::string_view> optional = {});
 
 }  // namespace smurf

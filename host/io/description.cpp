@@ -95,6 +95,20 @@ double constant(const json& value, const std::string& path, const Parameters& pa
   return result;
 }
 
+glm::dvec2 range(const json& object, std::string_view path, std::string_view name, const Parameters& parameters) {
+  const std::string place = join(path, name);
+  const json& value = member(object, path, name);
+  if (!value.is_array() || value.size() != 2)
+    throw_input(fmt::format("member \"{}\" must be a range such as [0, \"2*pi\"], not {}", place, shown(value)));
+  const glm::dvec2 range(constant(value[0], place + "[0]", parameters), constant(value[1], place + "[1]", parameters));
+  if (range.x == range.y)
+    throw_input(fmt::format("member \"{}\": the range [{}, {}] is empty", place, range.x, range.y));
+  if (range.x > range.y)
+    throw_input(fmt::format("member \"{}\": the range [{}, {}] is reversed; the lesser number comes first", place,
+                            range.x, range.y));
+  return range;
+}
+
 glm::dvec3 three_numbers(const json& value, const std::string& path) {
   glm::dvec3 corner;
   bool fits = value.is_array() && value.size() == 3;

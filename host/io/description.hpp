@@ -32,6 +32,9 @@ std::string shown(const nlohmann::json& value);  // for messages: one line, shor
 
 // A number, or an expression of constants and of `parameters` such as "2*pi", that stands at `path`.
 double constant(const nlohmann::json& value, const std::string& path, const Parameters& parameters = {});
+// A range such as [0, "2*pi"], the lesser number first: the member `name` of `object`.
+glm::dvec2 range(const nlohmann::json& object, std::string_view path, std::string_view name,
+                 const Parameters& parameters = {});
 // Three numbers, that stand at `path`.
 glm::dvec3 three_numbers(const nlohmann::json& value, const std::string& path);
 // "domain": [[x, y, z], [x, y, z]], or "radius": of a ball about the origin, or both.

@@ -3,6 +3,7 @@
 #include "techniques/colour_map.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
@@ -71,6 +72,28 @@ glm::dvec3 sequential(double x) {
   return linear_of_lab({std::lerp(95.0, 18.0, x), std::lerp(0.0, 2.0, x), std::lerp(4.0, -22.0, x)});
 }
 
+glm::dvec3 viridis(double x) {
+  static const std::array<glm::dvec3, 5> lab = [] {
+    std::array<glm::dvec3, 5> keys{{{68, 1, 84}, {59, 82, 139}, {33, 145, 140}, {94, 201, 98}, {253, 231, 37}}};
+    for (glm::dvec3& key : keys) key = lab_of_linear(to_linear(glm::vec3(key / 255.0)));
+    return keys;
+  }();
+  const auto below = std::min(std::size_t(4 * x), lab.size() - 2);
+  return linear_of_lab(glm::mix(lab[below], lab[below + 1], 4 * x - double(below)));
+}
+
+glm::dvec3 colour_on(ColourScale scale, double x) {
+  switch (scale) {
+    case ColourScale::diverging:
+      return diverging(x);
+    case ColourScale::sequential:
+      return sequential(x);
+    case ColourScale::viridis:
+      break;
+  }
+  return viridis(x);
+}
+
 }  // namespace
 
 glm::vec3 to_linear(const glm::vec3& display) {
@@ -86,11 +109,16 @@ glm::vec3 to_display(const glm::vec3& linear) {
   return {channel(linear.x), channel(linear.y), channel(linear.z)};
 }
 
+glm::vec3 backdrop(double height) {
+  static const glm::vec3 top = to_linear({0.78f, 0.83f, 0.89f}), bottom = to_linear({0.97f, 0.97f, 0.96f});
+  return glm::mix(top, bottom, float(height));
+}
+
 ColourMap::ColourMap(ColourScale scale) {
   table_.reserve(table_size);
   for (int i = 0; i < table_size; i++) {
     const double x = double(i) / (table_size - 1);
-    table_.emplace_back(scale == ColourScale::diverging ? diverging(x) : sequential(x));
+    table_.emplace_back(colour_on(scale, x));
   }
 }
 

@@ -176,8 +176,7 @@ class Shader {
 
   glm::vec3 background(double height) const {  // 0 at the top, 1 at the bottom
     if (plan_.contour_alone()) return glm::vec3(0.0f);
-    static const glm::vec3 top = to_linear({0.78f, 0.83f, 0.89f}), bottom = to_linear({0.97f, 0.97f, 0.96f});
-    return glm::mix(top, bottom, float(height));
+    return backdrop(height);
   }
 
   glm::vec3 operator()(std::size_t hit, const glm::vec3& direction) const {

@@ -23,6 +23,28 @@ struct Camera {
   RayBatch rays() const;
 };
 
+// Where points are seen in the image of a camera: the inverse of Camera::rays().
+class Projection {
+ public:
+  explicit Projection(const Camera& camera);  // throws as Camera::rays() does
+
+  // To the right, up, and along the view, from the eye, in units of space.
+  glm::dvec3 in_view(const glm::dvec3& point) const;
+  // x and y of a point in view coordinates, in pixels from the upper left corner of the image; y grows downwards.
+  // The point lies in front of the eye, or the projection is a parallel one.
+  glm::dvec2 pixel(const glm::dvec3& in_view) const;
+  // How many pixels a unit of space has at this depth along the view.
+  double pixels_per_unit(double depth) const { return parallel_ ? scale_ : scale_ / depth; }
+  bool is_parallel() const { return parallel_; }
+
+ private:
+  glm::dvec3 eye_;
+  glm::dmat3 to_view_;
+  glm::dvec2 centre_;  // of the image, in pixels
+  double scale_;       // pixels per unit of space, at depth 1 where the projection is central
+  bool parallel_;
+};
+
 // Looks at the whole of the bounds: eye = centre + 1.6·diagonal·normalize(0.2, -1, 0.4), up z, 45 degrees.
 Camera fitted_camera(const Bounds& bounds, int width, int height);
 

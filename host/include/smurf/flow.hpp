@@ -177,6 +177,7 @@ class Tracer {
   std::size_t device_bytes() const;
 
  private:
+  VectorField field_;
   std::shared_ptr<FlowQueries> queries_;
 };
 

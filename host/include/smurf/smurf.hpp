@@ -9,6 +9,7 @@
 #include "smurf/flow.hpp"
 #include "smurf/image.hpp"
 #include "smurf/interrogator.hpp"
+#include "smurf/lines.hpp"
 #include "smurf/mesh.hpp"
 #include "smurf/patch.hpp"
 #include "smurf/rays.hpp"

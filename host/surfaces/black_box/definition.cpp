@@ -4,35 +4,16 @@
 
 #include <cmath>
 
+#include "fields/user_source.hpp"
 #include "smurf/error.hpp"
 
 namespace smurf {
 namespace {
 
 constexpr double samples_on_diagonal = 512, most_samples = 65536;
-constexpr std::size_t longest_source = std::size_t(1) << 20;
 
 void require(bool fits, const std::string& message) {
   if (!fits) throw Error(ErrorCode::input, message);
-}
-
-void require_source(const BlackBox& function) {
-  const std::string& source = function.source;
-  const auto what = [&] { return fmt::format("the source of the black box \"{}\"", function.name); };
-  require(source.find_first_not_of(" \t\r\n") != std::string::npos,
-          what() + " is empty; it must define FN real black_box(real x, real y, real z)");
-  require(source.size() <= longest_source,
-          fmt::format("{} has {} bytes; at most {} are possible", what(), source.size(), longest_source));
-  require(source.find('\0') == std::string::npos, what() + " holds a zero byte; it must be text");
-  require(source.find("black_box") != std::string::npos,
-          what() + " does not define the function black_box; it must define FN real black_box(real x, real y, real z)");
-  for (std::size_t line = 0; line < source.size(); line = std::min(source.find('\n', line), source.size() - 1) + 1) {
-    const std::size_t hash = source.find_first_not_of(" \t", line);
-    if (hash == std::string::npos || source[hash] != '#') continue;
-    const std::size_t word = source.find_first_not_of(" \t", hash + 1);
-    require(word == std::string::npos || source.compare(word, 7, "include") != 0,
-            what() + " has an #include; all words that it can use are there without one");
-  }
 }
 
 BlackBoxOptions checked(BlackBoxOptions options, double diagonal) {
@@ -66,7 +47,8 @@ BlackBoxSurface::BlackBoxSurface(const BlackBox& the_function, const Domain& the
       function(the_function),
       domain(require_domain(the_domain)),
       options(checked(the_options, glm::length(the_domain.upper - the_domain.lower))) {
-  require_source(function);
+  require_user_source(function.source, fmt::format("the source of the black box \"{}\"", function.name), "black_box",
+                      "FN real black_box(real x, real y, real z)");
 }
 
 double BlackBoxSurface::difference_step(int derivative, int bits) const {

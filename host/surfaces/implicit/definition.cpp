@@ -14,12 +14,6 @@ namespace smurf {
 using expression::Graph;
 using expression::NodeId;
 
-namespace {
-
-bool finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
-
-}  // namespace
-
 std::shared_ptr<const ImplicitFunction> differentiated(Graph graph, NodeId value) {
   ImplicitFunction function;
   function.value = value;
@@ -31,19 +25,6 @@ std::shared_ptr<const ImplicitFunction> differentiated(Graph graph, NodeId value
   function.degree = expression::polynomial_degree(graph, value);
   function.graph = std::move(graph);
   return std::make_shared<const ImplicitFunction>(std::move(function));
-}
-
-const Domain& require_domain(const Domain& domain) {
-  const glm::dvec3 &lower = domain.lower, &upper = domain.upper;
-  if (!finite(lower) || !finite(upper) || glm::any(glm::greaterThan(lower, upper))) {
-    throw Error(ErrorCode::input,
-                fmt::format("the domain must be a box of finite corners, the lower first, not [{}, {}, {}] to "
-                            "[{}, {}, {}]",
-                            lower.x, lower.y, lower.z, upper.x, upper.y, upper.z));
-  }
-  if (!(domain.radius >= 0) || !std::isfinite(domain.radius))
-    throw Error(ErrorCode::input, fmt::format("the radius of the domain must be positive, not {}", domain.radius));
-  return domain;
 }
 
 ImplicitSurface::ImplicitSurface(std::string kind, std::string the_text,

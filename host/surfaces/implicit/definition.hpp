@@ -7,6 +7,7 @@
 #include <string>
 
 #include "expression/graph.hpp"
+#include "fields/domain.hpp"
 #include "surfaces/surface_definition.hpp"
 
 namespace smurf {
@@ -22,9 +23,6 @@ struct ImplicitFunction {
 
 // Adds the derivatives of the graph's function.
 std::shared_ptr<const ImplicitFunction> differentiated(expression::Graph graph, expression::NodeId value);
-
-// The domain, if it is a box of finite corners and its radius is none or positive; throws Error (input) otherwise.
-const Domain& require_domain(const Domain& domain);
 
 class ImplicitSurface : public SurfaceDefinition {
  public:

@@ -23,19 +23,6 @@ namespace {
 
 [[noreturn]] void fail(const std::string& message) { throw Error(ErrorCode::input, message); }
 
-glm::dvec2 read_range(const json& root, const char* name, const Parameters& parameters) {
-  const json& value = description::member(root, "", name);
-  if (!value.is_array() || value.size() != 2)
-    fail(fmt::format("member \"{}\" must be a range such as [0, \"2*pi\"], not {}", name, description::shown(value)));
-  const glm::dvec2 range(description::constant(value[0], fmt::format("{}[0]", name), parameters),
-                         description::constant(value[1], fmt::format("{}[1]", name), parameters));
-  if (range.x == range.y) fail(fmt::format("member \"{}\": the range [{}, {}] is empty", name, range.x, range.y));
-  if (range.x > range.y)
-    fail(fmt::format("member \"{}\": the range [{}, {}] is reversed; the lesser number comes first", name, range.x,
-                     range.y));
-  return range;
-}
-
 std::array<bool, 2> read_period(const json& root) {
   std::array<bool, 2> closed{};
   const auto value = root.find("period");
@@ -110,7 +97,7 @@ std::shared_ptr<const SurfaceDefinition> read_parametric(const json& root, const
   description::only_members(root, "", {"kind", "position", "u", "v", "parameters", "period"});
   const std::array<std::string, 3> position = read_position(root);
   const Parameters parameters = description::parameters(root, "");
-  const glm::dvec2 u = read_range(root, "u", parameters), v = read_range(root, "v", parameters);
+  const glm::dvec2 u = description::range(root, "", "u", parameters), v = description::range(root, "", "v", parameters);
   const std::array<bool, 2> closed = read_period(root);
   try {
     return parametric(position, u, v, parameters, closed).share();

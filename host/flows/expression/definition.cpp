@@ -1,0 +1,78 @@
+// Vector fields given by expressions, from API calls and descriptions.
+#include "flows/expression/definition.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "expression/parser.hpp"
+#include "fields/domain.hpp"
+#include "flows/kinds.hpp"
+#include "io/description.hpp"
+#include "smurf/error.hpp"
+
+namespace smurf {
+
+ExpressionFlow::ExpressionFlow(const std::array<std::string, 3>& vector, const Domain& the_domain,
+                               const Parameters& parameters)
+    : VectorFieldDefinition(FlowKind::expression), texts(vector), domain(require_domain(the_domain)) {
+  static const std::vector<std::string> variables{"x", "y", "z"};
+  for (std::size_t c = 0; c < 3; c++) {
+    try {
+      nodes_[c] = expression::parse(graph_, vector[c], variables, parameters);
+    } catch (const Error& error) {
+      throw Error(error.code(), fmt::format("vector[{}]: {}", c, error.what()));
+    }
+  }
+  constexpr std::pair<int, int> second[] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+  for (std::size_t c = 0; c < 3; c++) {
+    for (std::size_t axis = 0; axis < 3; axis++)
+      nodes_[3 + 3 * axis + c] = expression::derivative(graph_, nodes_[c], int(axis));
+    for (std::size_t k = 0; k < std::size(second); k++)
+      nodes_[12 + 3 * k + c] =
+          expression::derivative(graph_, nodes_[3 + 3 * std::size_t(second[k].first) + c], second[k].second);
+  }
+}
+
+double ExpressionFlow::greatest_speed() const { return std::numeric_limits<double>::quiet_NaN(); }
+
+std::vector<Fact> ExpressionFlow::facts() const {
+  return {{"vector", fmt::format("({}, {}, {})", expression::excerpt(texts[0]), expression::excerpt(texts[1]),
+                                 expression::excerpt(texts[2]))},
+          {"derivatives", "exact"}};
+}
+
+VectorField expression_flow(const std::array<std::string, 3>& vector, const Domain& domain,
+                            const Parameters& parameters) {
+  return VectorField(std::make_shared<const ExpressionFlow>(vector, domain, parameters));
+}
+
+std::shared_ptr<const VectorFieldDefinition> read_expression_flow(const nlohmann::json& field, std::string_view path,
+                                                                  const std::filesystem::path&) {
+  description::only_members(field, path, {"kind", "vector", "domain", "radius", "parameters"});
+  const std::string name = description::join(path, "vector");
+  const nlohmann::json& value = description::member(field, path, "vector");
+  if (!value.is_array() || value.size() != 3)
+    throw Error(ErrorCode::input, fmt::format("member \"{}\" must be three expressions in x, y and z, not {}", name,
+                                              description::shown(value)));
+  std::array<std::string, 3> vector;
+  for (std::size_t c = 0; c < 3; c++) {
+    // A constant may be written as a number.
+    if (value[c].is_number()) {
+      vector[c] = fmt::format("{}", value[c].get<double>());
+    } else if (value[c].is_string() && !value[c].get_ref<const std::string&>().empty()) {
+      vector[c] = value[c].get<std::string>();
+    } else {
+      throw Error(ErrorCode::input, fmt::format("member \"{}[{}]\" must be an expression in x, y and z, not {}", name,
+                                                c, description::shown(value[c])));
+    }
+  }
+  const Domain domain = description::required_domain(field, path);
+  const Parameters parameters = description::parameters(field, path);
+  return description::named(path, "vector", [&] { return expression_flow(vector, domain, parameters).share(); });
+}
+
+}  // namespace smurf

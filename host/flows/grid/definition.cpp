@@ -1,0 +1,90 @@
+#include "flows/grid/definition.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "flows/grid/vectors.hpp"
+#include "smurf/error.hpp"
+
+namespace smurf {
+namespace {
+
+[[noreturn]] void fail(const std::string& message) { throw Error(ErrorCode::input, "vectors on a grid: " + message); }
+
+void check_size(const VectorGrid& grid) {
+  const glm::ivec3& size = grid.size;
+  if (size.x < 2 || size.y < 2 || size.z < 2)
+    fail(fmt::format("{} x {} x {} nodes; each axis must have at least 2", size.x, size.y, size.z));
+  const double count = double(size.x) * double(size.y) * double(size.z);
+  if (count != double(grid.vectors.size()))
+    fail(fmt::format("{} x {} x {} are {:.0f} nodes, but there are {} vectors; there must be as many", size.x, size.y,
+                     size.z, count, grid.vectors.size()));
+}
+
+void check_placement(const GridPlacement& placement) {
+  const glm::dmat3& axes = placement.axes;
+  glm::dmat3 unit;
+  for (int a = 0; a < 3; a++) {
+    const double greatest = std::max({std::abs(axes[a].x), std::abs(axes[a].y), std::abs(axes[a].z)});
+    if (!std::isfinite(axes[a].x + axes[a].y + axes[a].z))
+      fail(fmt::format("axis {} is ({}, {}, {}); it must be finite", a, axes[a].x, axes[a].y, axes[a].z));
+    if (greatest == 0) fail(fmt::format("the step along axis {} is zero; it must have a length", a));
+    unit[a] = glm::normalize(axes[a] / greatest);  // divided first, so that no square over- or underflows
+  }
+  const glm::dvec3& o = placement.origin;
+  if (!std::isfinite(o.x + o.y + o.z))
+    fail(fmt::format("the origin ({}, {}, {}) is not finite; it must be", o.x, o.y, o.z));
+  if (std::abs(glm::determinant(unit)) < 1e-10) fail("the axes lie in one plane; they must span space");
+}
+
+}  // namespace
+
+GridFlow::GridFlow(VectorGrid the_grid, VectorReconstruction the_reconstruction)
+    : VectorFieldDefinition(FlowKind::grid), grid(std::move(the_grid)), reconstruction(the_reconstruction) {
+  for (const glm::vec3& v : grid.vectors) {
+    if (is_usable(v)) greatest_speed_ = std::max(greatest_speed_, glm::length(glm::dvec3(v)));
+    else non_finite_++;
+  }
+}
+
+Bounds GridFlow::bounds() const {
+  Bounds bounds{glm::dvec3(std::numeric_limits<double>::infinity()),
+                glm::dvec3(-std::numeric_limits<double>::infinity())};
+  for (int corner = 0; corner < 8; corner++) {
+    const glm::dvec3 index((corner & 1) ? grid.size.x - 1 : 0, (corner & 2) ? grid.size.y - 1 : 0,
+                           (corner & 4) ? grid.size.z - 1 : 0);
+    const glm::dvec3 point = grid.placement.origin + grid.placement.axes * index;
+    bounds.lower = glm::min(bounds.lower, point);
+    bounds.upper = glm::max(bounds.upper, point);
+  }
+  return bounds;
+}
+
+std::vector<Fact> GridFlow::facts() const {
+  const glm::dmat3& axes = grid.placement.axes;
+  std::vector<Fact> facts{
+      {"reconstruction", reconstruction == VectorReconstruction::tricubic ? "tricubic" : "trilinear"},
+      {"size", fmt::format("{} x {} x {}", grid.size.x, grid.size.y, grid.size.z)},
+      {"spacing", fmt::format("{:g} {:g} {:g}", glm::length(axes[0]), glm::length(axes[1]), glm::length(axes[2]))},
+      {"nodes", fmt::format("{}", grid.vectors.size())},
+      {"greatest speed", fmt::format("{:g}", greatest_speed_)},
+  };
+  if (non_finite_ > 0) {
+    facts.push_back(
+        {"not finite",
+         fmt::format("{} vectors are NaN, infinite or beyond {:g}: the field is undefined in the cells made of them",
+                     non_finite_, greatest_component)});
+  }
+  return facts;
+}
+
+VectorField grid_flow(VectorGrid grid, VectorReconstruction reconstruction) {
+  check_size(grid);
+  check_placement(grid.placement);
+  return VectorField(std::make_shared<const GridFlow>(std::move(grid), reconstruction));
+}
+
+}  // namespace smurf

@@ -1,0 +1,2 @@
+#include "harness/kernel_cover.hpp"
+KERNELS(vector_prefilter, vector_pad);
