@@ -156,13 +156,21 @@ std::string shown(const std::vector<glm::ivec3>& sizes) {
                      fmt::join(texts, ", "), sizes.size() > most_shown ? ", ..." : "");
 }
 
-std::string named(const Layout& layout, FileKind kind) {
-  return fmt::format("{}-endian float{}, {}{}{}{}", layout.big_endian ? "big" : "little", 8 * layout.real,
-                     shown(layout.sizes), layout.counted ? " after their number" : " without a number of blocks",
+std::string numbers_of(const Layout& layout, FileKind kind) {
+  return fmt::format("float{}{}", 8 * layout.real,
                      kind == FileKind::solution ? ""
-                     : layout.blanking          ? ", with iblank"
-                                                : ", no iblank",
-                     layout.records ? ", Fortran records" : ", no records");
+                     : layout.blanking          ? " with iblank"
+                                                : " without iblank");
+}
+
+std::string structure_of(const Layout& layout) {
+  return fmt::format("{}-endian, {}{}, {}", layout.big_endian ? "big" : "little", shown(layout.sizes),
+                     layout.counted ? " after their number" : " without a number of blocks",
+                     layout.records ? "Fortran records" : "no records");
+}
+
+std::string named(const Layout& layout, FileKind kind) {
+  return fmt::format("{}, {}", structure_of(layout), numbers_of(layout, kind));
 }
 
 // Every combination whose header makes sense.
@@ -170,11 +178,11 @@ std::vector<Layout> headers_of(const InputFile& file, FileKind kind) {
   std::vector<Layout> found;
   for (unsigned choice = 0; choice < 32; choice++) {
     Layout layout;
-    layout.big_endian = (choice & 1) != 0;
-    layout.records = (choice & 2) != 0;
-    layout.counted = (choice & 4) != 0;
-    layout.real = (choice & 8) != 0 ? 8 : 4;
-    layout.blanking = (choice & 16) != 0;
+    layout.blanking = (choice & 1) != 0;
+    layout.real = (choice & 2) != 0 ? 8 : 4;
+    layout.big_endian = (choice & 4) != 0;
+    layout.records = (choice & 8) != 0;
+    layout.counted = (choice & 16) != 0;
     if (layout.blanking && kind == FileKind::solution) continue;
     if (read_header(file, layout)) found.push_back(std::move(layout));
   }
@@ -198,12 +206,13 @@ std::vector<Layout> layouts_of(const InputFile& file, FileKind kind) {
   if (headers.empty()) {
     text += "; the beginning holds no sizes of blocks that make sense";
   } else {
-    constexpr std::size_t most_shown = 8;  // a line that people can take in
-    std::vector<std::string> expected;
-    for (std::size_t i = 0; i < std::min(most_shown, headers.size()); i++)
-      expected.push_back(fmt::format("{} bytes as {}", file_bytes(headers[i], kind), named(headers[i], kind)));
-    text +=
-        fmt::format("; expected are {}{}", fmt::join(expected, "; or "), headers.size() > most_shown ? "; ..." : "");
+    std::string structure;  // alike for up to four layouts that follow each other
+    for (const Layout& layout : headers) {
+      const std::string next = structure_of(layout);
+      const std::string size = fmt::format("{} bytes as {}", file_bytes(layout, kind), numbers_of(layout, kind));
+      text += next == structure ? fmt::format(", {}", size) : fmt::format("; expected for {}: {}", next, size);
+      structure = next;
+    }
   }
   fail(file.path(), fmt::format("{}; {}", text, what_is_tried));
 }
