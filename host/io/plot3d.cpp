@@ -95,25 +95,21 @@ std::size_t file_bytes(const Layout& layout, FileKind kind) {
 
 // Whether the file begins as this layout does; then `layout.sizes` are filled in.
 bool read_header(const InputFile& file, Layout& layout) {
-  const std::size_t before = layout.records ? marker : 0;
-  std::size_t offset = before;
+  std::size_t offset = 0;
   const auto has = [&](std::size_t bytes) { return offset + bytes <= file.size(); };
   const auto next = [&] {
     const std::int32_t value = integer_in(file, offset, layout.big_endian);
     offset += 4;
     return value;
   };
-  // Records that are none are not worth telling about.
-  const std::int32_t first_record = layout.counted ? 4 : 12;
-  if (layout.records && (!has(0) || integer_in(file, 0, layout.big_endian) != first_record)) return false;
+  const auto passes_marker = [&](std::int32_t length) { return !layout.records || (has(marker) && next() == length); };
   std::int32_t blocks = 1;
   if (layout.counted) {
-    if (!has(4)) return false;
+    if (!passes_marker(4) || !has(4)) return false;
     blocks = next();
-    if (blocks < 1 || blocks > most_blocks) return false;
-    offset += 2 * before;
+    if (blocks < 1 || blocks > most_blocks || !passes_marker(4)) return false;
   }
-  if (!has(12 * std::size_t(blocks))) return false;
+  if (!passes_marker(12 * blocks) || !has(12 * std::size_t(blocks))) return false;
   for (std::int32_t block = 0; block < blocks; block++) {
     std::int64_t nodes = 1;
     glm::ivec3 size;
@@ -125,7 +121,7 @@ bool read_header(const InputFile& file, Layout& layout) {
     }
     layout.sizes.push_back(size);
   }
-  return true;
+  return passes_marker(12 * blocks);
 }
 
 // Whether every record has its length before and after it.
@@ -186,6 +182,9 @@ std::vector<Layout> headers_of(const InputFile& file, FileKind kind) {
     if (layout.blanking && kind == FileKind::solution) continue;
     if (read_header(file, layout)) found.push_back(std::move(layout));
   }
+  // Markers about the sizes are no chance: 12 57 33 25 12 is no grid of 12x57x33 nodes.
+  if (std::ranges::any_of(found, &Layout::records))
+    std::erase_if(found, [](const Layout& layout) { return !layout.records; });
   return found;
 }
 

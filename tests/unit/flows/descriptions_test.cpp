@@ -93,7 +93,7 @@ TEST(FlowDescriptions, grids_of_nrrd) {
   put("flow.nrrd", nrrd(3));
   const VectorField field = load(R"({"kind": "grid", "file": "flow.nrrd", "reconstruction": "tricubic"})");
   EXPECT_EQ(field.kind(), "grid");
-  EXPECT_EQ(field.bounds().upper, glm::vec3(1, 2, 3));
+  EXPECT_EQ(field.bounds().upper, glm::dvec3(1, 2, 3));
   EXPECT_EQ(field.model().smoothness(), 2);
   EXPECT_EQ(load(R"({"kind": "grid", "file": "flow.nrrd"})").model().smoothness(), 0);
   EXPECT_EQ(load(R"({"kind": "stream", "time": [0, 1], "field": {"kind": "grid", "file": "flow.nrrd"},
@@ -150,7 +150,7 @@ TEST(FlowDescriptions, points_with_vectors) {
   const VectorField field = load(
       R"({"kind": "curvilinear", "points": "grid.nrrd", "vectors": "flow.nrrd", "reconstruction": "tricubic", "tolerance": 1e-4})");
   EXPECT_EQ(field.kind(), "curvilinear");
-  EXPECT_EQ(field.bounds().upper, glm::vec3(1, 2, 3));
+  EXPECT_EQ(field.bounds().upper, glm::dvec3(1, 2, 3));
   EXPECT_EQ(field.model().smoothness(), 2);
 }
 
@@ -159,7 +159,7 @@ TEST(FlowDescriptions, structured_grids_of_vtk) {
   put("flow.vtk", vtk("STRUCTURED_GRID", points()));
   const VectorField field = load(R"({"kind": "curvilinear", "file": "flow.vtk"})");
   EXPECT_EQ(field.kind(), "curvilinear");
-  EXPECT_EQ(field.bounds().upper, glm::vec3(1, 2, 3));
+  EXPECT_EQ(field.bounds().upper, glm::dvec3(1, 2, 3));
   EXPECT_EQ(note(field, "array"), "\"flow\"");
   EXPECT_REFUSED(load(R"({"kind": "curvilinear", "file": "flow.vtk", "solution": "q.bin"})"),
                  "member \"solution\" does not go with \"file\"");
@@ -192,12 +192,12 @@ TEST(FlowDescriptions, rectilinear_grids) {
   const VectorField field =
       load(R"({"kind": "rectilinear", "axes": [[0, "pi"], [0, 1, 3], [0, 1, 3, 6]], "vectors": "flow.nrrd"})");
   EXPECT_EQ(field.kind(), "rectilinear");
-  EXPECT_EQ(field.bounds().upper, glm::vec3(std::numbers::pi_v<float>, 3, 6));
+  EXPECT_EQ(field.bounds().upper, glm::dvec3(std::numbers::pi, 3, 6));
   if (!has_vtk()) GTEST_SKIP() << "built without VTK";
   put("flow.vtk", vtk("RECTILINEAR_GRID", axes));
   const VectorField other = load(R"({"kind": "rectilinear", "file": "flow.vtk", "reconstruction": "tricubic"})");
   EXPECT_EQ(other.kind(), "rectilinear");
-  EXPECT_EQ(other.bounds().upper, glm::vec3(1, 3, 6));
+  EXPECT_EQ(other.bounds().upper, glm::dvec3(1, 3, 6));
   EXPECT_EQ(note(other, "array"), "\"flow\"");
   EXPECT_REFUSED(load(R"({"kind": "curvilinear", "file": "flow.vtk"})"), "\"kind\": \"rectilinear\" reads");
 }

@@ -190,7 +190,8 @@ TEST(NrrdVectors, refuses_files_that_are_cut_short) {
   }
   EXPECT_REFUSED(read_nrrd_vectors(put("v.nrrd", whole.substr(0, whole.size() - 1))), "asks for 576 bytes");
   EXPECT_REFUSED(read_nrrd_vectors(put("v.nrrd", whole + 'x')), "asks for 576 bytes");
-  EXPECT_REFUSED(read_nrrd_vectors(put("v.nrrd", header("float", "", "2000000000 2 1000 1000") + "\n")), "components");
+  EXPECT_REFUSED(read_nrrd_vectors(put("v.nrrd", header("float", "endian: little\n", "2000000000 2 1000 1000") + "\n")),
+                 "components");
   EXPECT_REFUSED(read_nrrd_vectors(test_folder() / "missing.nrrd"), "missing.nrrd");
 }
 

@@ -59,7 +59,9 @@ class VtkFiles : public testing::Test {
     captures_ = true;
   }
   void TearDown() override {
-    if (captures_) EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+    if (captures_) {
+      EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+    }
   }
 
  private:
