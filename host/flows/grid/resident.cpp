@@ -96,7 +96,7 @@ class ResidentGridFlow final : public ResidentFlow {
         put(FLOW_GRID_MATRIX + 3 * i + j, world_to_index[j][i]);
         reach += std::abs(world_to_index[j][i]) * farthest[j];
       }
-      put(FLOW_GRID_SLACK + i, border_roundings * 0x1p-24 * reach);
+      put(FLOW_GRID_SLACK + i, std::min(border_roundings * 0x1p-24 * reach, 0.5));
     }
     uniforms_ = TypedBuffer<std::uint32_t>(executor_, words.size(), "numbers of a vector field");
     uniforms_.write(words);
