@@ -112,10 +112,10 @@ Errors errors_of(const FlowSamples& samples, std::span<const glm::vec3> points, 
 // By how much rounding moves a point: one of the border may lie outside then.
 double distance_by_rounding(const GridPlacement& placement) { return 0x1p-24 * 2 * glm::length(placement.origin); }
 
-// Errors in units of the rounding of the greatest vector. The vectors are rounded, interpolation adds some six roundings,
-// and the place in the cell carries that of coordinates in the grid. A derivative is a difference of two vectors by the
-// size of a cell, a second one of three. Tricubic coefficients carry a rounding or two of each of three passes. Measured:
-// 5, 2.8 and 6.4 units; three times as much is allowed.
+// Errors in units of the rounding of the greatest vector. The vectors are rounded, interpolation adds some six
+// roundings, and the place in the cell carries that of coordinates in the grid. A derivative is a difference of two
+// vectors by the size of a cell, a second one of three. Tricubic coefficients carry a rounding or two of each of three
+// passes. Measured: 5, 2.8 and 6.4 units; three times as much is allowed.
 void expect_affine(const Placed& placed, const ivec3& size, VectorReconstruction reconstruction) {
   const dmat3 slope(0.3, -1.1, 0.7, 0.9, 0.4, -0.2, -0.6, 0.5, -0.8);
   const dvec3 middle = placed.placement.origin + placed.placement.axes * (0.5 * dvec3(size - 1));
@@ -230,8 +230,8 @@ TEST(GridFields, OrdersOfConvergence) {
   }
 }
 
-// A vector that is not finite makes cells undefined: those that it is a corner of, of tricubic fields those that have it
-// among the 4³ nodes that they are made of. Elsewhere the field is that of a zero vector in its place, to the bit.
+// A vector that is not finite makes cells undefined: those that it is a corner of, of tricubic fields those that have
+// it among the 4³ nodes that they are made of. Elsewhere the field is that of a zero vector in its place, to the bit.
 TEST(GridFields, VectorsThatAreNotFinite) {
   const ivec3 size(11, 10, 12);
   const GridPlacement placement = placements()[2].placement;
