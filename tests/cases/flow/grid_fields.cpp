@@ -109,15 +109,13 @@ Errors errors_of(const FlowSamples& samples, std::span<const glm::vec3> points, 
   return worst;
 }
 
-// A point of the border may lie outside once it is rounded: then the field is that of the border next to it.
+// By how much rounding moves a point: one of the border may lie outside then.
 double distance_by_rounding(const GridPlacement& placement) { return 0x1p-24 * 2 * glm::length(placement.origin); }
 
-// Errors in units of the rounding of the greatest vector. Values: the vector itself is rounded, differences and sums of
-// trilinear interpolation 6 more, and the place within the cell carries 2^-23 of the number of nodes, which moves the
-// value as many of its differences: some 10 units a component. Tricubic coefficients are the vectors by three passes of
-// up to 6 units, each of which the next one may triple where the data alternate, which affine data do not. A derivative
-// is the difference of two of them per cell, a second one that of three: 2 and 4 times as much by the inverse of a cell's
-// size, once and twice.
+// Errors in units of the rounding of the greatest vector. The vectors are rounded, interpolation adds some six
+// roundings, and the place in the cell carries that of coordinates in the grid. A derivative is a difference of two
+// vectors by the size of a cell, a second one of three. Tricubic coefficients carry a rounding or two of each of three
+// passes. Measured: 5, 2.8 and 6.4 units; three times as much is allowed.
 void expect_affine(const Placed& placed, const ivec3& size, VectorReconstruction reconstruction) {
   const dmat3 slope(0.3, -1.1, 0.7, 0.9, 0.4, -0.2, -0.6, 0.5, -0.8);
   const dvec3 middle = placed.placement.origin + placed.placement.axes * (0.5 * dvec3(size - 1));
@@ -139,7 +137,6 @@ void expect_affine(const Placed& placed, const ivec3& size, VectorReconstruction
     steep = std::max(steep, column.x + column.y + column.z);
   }
   const std::vector<glm::vec3> points = points_in(size, placed.placement, 2000, 7, 0.0);
-  const double moved = distance_by_rounding(placed.placement) * 2;  // of the slope, whose norm is less than 2
   for (TestDevice& device : one_of_each()) {
     const std::string where = std::string(placed.name) + ", " + std::to_string(size.x) + " x " +
                               std::to_string(size.y) + " x " + std::to_string(size.z) + ", " + name_of(reconstruction) +
@@ -147,9 +144,9 @@ void expect_affine(const Placed& placed, const ivec3& size, VectorReconstruction
     const FlowSamples samples = Tracer(device.device, flow).sample(points, 2);
     for (const FlowStatus status : samples.status) ASSERT_EQ(status, FlowStatus::inside) << where;
     const Errors worst = errors_of(samples, points, field);
-    EXPECT_LT(worst.value, 16 * unit + moved) << where;
-    EXPECT_LT(worst.first, 32 * unit * steep) << where;
-    EXPECT_LT(worst.second, 64 * unit * steep * steep) << where;
+    EXPECT_LT(worst.value, 16 * unit) << where;
+    EXPECT_LT(worst.first, 8 * unit * steep) << where;
+    EXPECT_LT(worst.second, 20 * unit * steep * steep) << where;
     std::cerr << "  " << where << ": value " << worst.value / unit << ", first " << worst.first / (unit * steep)
               << ", second " << worst.second / (unit * steep * steep) << " units\n";
     // The cell is the one that holds the point, but for rounding at its faces.
@@ -162,9 +159,9 @@ void expect_affine(const Placed& placed, const ivec3& size, VectorReconstruction
       const double close =
           4 * 0x1p-24 * std::max({size.x, size.y, size.z}) + steep * distance_by_rounding(placed.placement);
       EXPECT_LT(std::max({off.x, off.y, off.z}), close) << where;
-      EXPECT_TRUE(glm::all(glm::greaterThanEqual(samples.local[i], glm::vec3(0))) &&
-                  glm::all(glm::lessThanEqual(samples.local[i], glm::vec3(1))))
-          << where;
+      const glm::vec3 local = samples.local[i];
+      EXPECT_GT(std::min({local.x, local.y, local.z}), -close) << where;
+      EXPECT_LT(std::max({local.x, local.y, local.z}), 1 + close) << where;
     }
   }
 }
@@ -233,8 +230,8 @@ TEST(GridFields, OrdersOfConvergence) {
   }
 }
 
-// A vector that is not finite makes cells undefined: those that it is a corner of, of tricubic fields those that have it
-// among the 4³ nodes that they are made of. Elsewhere the field is that of a zero vector in its place, to the bit.
+// A vector that is not finite makes cells undefined: those that it is a corner of, of tricubic fields those that have
+// it among the 4³ nodes that they are made of. Elsewhere the field is that of a zero vector in its place, to the bit.
 TEST(GridFields, VectorsThatAreNotFinite) {
   const ivec3 size(11, 10, 12);
   const GridPlacement placement = placements()[2].placement;

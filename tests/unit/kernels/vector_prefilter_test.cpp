@@ -113,8 +113,8 @@ std::vector<double> line_of(const Vectors& v, int axis, int a, int b, int compon
   return line;
 }
 
-// The first pass makes |e| <= 2.2 |f| at most, whose rounding fades in the second one by 2 - √3 a node (1.4 in sum); the
-// coefficients are 3 |f| at most, rounded once: 2^-24 · (1.4·2.2 + 3) of the greatest value.
+// The first pass makes |e| <= 2.2 |f| at most, whose rounding fades in the second one by 2 - √3 a node (1.4 in sum);
+// the coefficients are 3 |f| at most, rounded once: 2^-24 · (1.4·2.2 + 3) of the greatest value.
 constexpr double allowed = 6.1 * 0x1p-24;
 
 double worst_error(int x, int y, int z, int axis, bool periodic) {
@@ -153,8 +153,8 @@ TEST(VectorPrefilter, PeriodicLinesOfAnyLength) {
   }
 }
 
-// Through c(-1), c(0), c(1) the spline is the value and has second derivative 0 where an axis is natural, and goes round
-// where it is periodic.
+// Through c(-1), c(0), c(1) the spline is the value and has second derivative 0 where an axis is natural, and goes
+// round where it is periodic.
 TEST(VectorPrefilter, TheMarginGoesOnAsTheEndsDo) {
   for (int periodic = 0; periodic < 8; periodic++) {
     const Vectors from = random_vectors(4, 5, 6, unsigned(periodic));
