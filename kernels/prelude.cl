@@ -190,6 +190,10 @@ static inline void pack_reals(float* list, int at, real v, int bits) {
   typedef struct name name; \
   struct name
 #define UNROLL _Pragma("unroll")
+// A table of plain numbers: CONSTANT_REALS(name, n) = {...};
+#define CONSTANT_REALS(name, n) __constant float name[n]
+// Loops over the stages of a method, whose bodies are long.
+#define STAGE_LOOP _Pragma("unroll")
 // The head of a kernel of kernels.def; what it takes, the assembler says.
 #define KERNEL(name) __kernel __attribute__((reqd_work_group_size(GROUP, 1, 1))) void name(KERNEL_PARAMETERS)
 #define work_item() ((int)get_global_id(0))

@@ -56,6 +56,10 @@
 #define FN_SHARED
 #define STRUCT(name) struct name
 #define UNROLL [[unroll]]
+// A table of plain numbers: CONSTANT_REALS(name, n) = {...};
+#define CONSTANT_REALS(name, n) const float name[n]
+// Loops over the stages of a method, whose bodies are long: drivers inline what is in them each time.
+#define STAGE_LOOP [[dont_unroll]]
 
 // a*b + c, fused where that is fast; for results that may differ in the last place between devices.
 #define multiply_add(a, b, c) fma(a, b, c)

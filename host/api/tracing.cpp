@@ -82,7 +82,8 @@ class DeviceFlowQueries final : public FlowQueries {
   Streamlines trace(const FlowSeeds& seeds, const TraceOptions& options) override {
     const std::size_t count = seeds.positions.size();
     Program program = flow_->program(KernelId::trace_lines);
-    program.defines["INTEGRATOR"] = options.integrator == Integrator::rk4 ? "0" : "1";
+    program.modules["integrator"] =
+        kernel_source(options.integrator == Integrator::rk4 ? "flow/rk4.inc" : "flow/dormand_prince.inc");
     program.defines["VARIATION"] = fmt::format("{}", options.variation);
     program.defines["ARC_LENGTH"] = options.length > 0 ? "1" : "0";
     executor_.prepare(program);
