@@ -1,4 +1,4 @@
-// Curvilinear blocks from PLOT3D files (Walatka et al. 1990, NASA TM 101067): a grid file (XYZ) and a solution file (Q).
+// Curvilinear blocks from PLOT3D files (Walatka et al. 1990, NASA TM 101067): a grid (XYZ) and a solution (Q).
 //
 // Nothing in these files tells how they are written. Every combination is tried: byte order, Fortran record markers of
 // four bytes, number of blocks in front or one block without it, float32 or float64, and in grids iblank or none. One

@@ -12,7 +12,6 @@ namespace smurf {
 
 using description::join;
 using nlohmann::json;
-using std::filesystem::path;
 
 namespace {
 

@@ -184,7 +184,7 @@ Volume read_nifti(const path& file) {
   const std::shared_ptr<void> samples =
       own_samples(read_nrrd_data({.file = file, .encoding = encoding, .byte_skip = long(offset)}, type, count));
   if (header.swaps) swap_bytes(samples.get(), type, count);
-  const Volume stored(samples, type, size, placement);
+  Volume stored(samples, type, size, placement);
   const double slope = header.slope(), intercept = header.intercept();
   if (slope == 0 || !std::isfinite(slope) || !std::isfinite(intercept) || (slope == 1 && intercept == 0)) return stored;
 

@@ -31,7 +31,7 @@ Values<glm::vec<3, Real>> converted(const void* samples, std::size_t nodes, cons
   const auto* from = static_cast<const Sample*>(samples);
   Values<glm::vec<3, Real>> out(nodes);
   for (std::size_t i = 0; i < nodes; i++) {
-    const glm::dvec3 v(double(from[3 * i]), double(from[3 * i + 1]), double(from[3 * i + 2]));
+    const glm::dvec3 v{double(from[3 * i]), double(from[3 * i + 1]), double(from[3 * i + 2])};
     out[i] = glm::vec<3, Real>(frame ? *frame * v : v);
   }
   return out;
@@ -41,30 +41,29 @@ template <class Real>
 Values<glm::vec<3, Real>> read(const NrrdFile& nrrd) {
   const std::shared_ptr<const void> samples = nrrd.read();
   const std::size_t nodes = std::size_t(nrrd.size.x) * std::size_t(nrrd.size.y) * std::size_t(nrrd.size.z);
-  const auto as = [&]<class Sample>(Sample) {
-    return converted<Real, Sample>(samples.get(), nodes, nrrd.measurement_frame);
-  };
+  const void* from = samples.get();
+  const std::optional<glm::dmat3>& frame = nrrd.measurement_frame;
   switch (nrrd.type) {
     case SampleType::uint8:
-      return as(std::uint8_t());
+      return converted<Real, std::uint8_t>(from, nodes, frame);
     case SampleType::int8:
-      return as(std::int8_t());
+      return converted<Real, std::int8_t>(from, nodes, frame);
     case SampleType::uint16:
-      return as(std::uint16_t());
+      return converted<Real, std::uint16_t>(from, nodes, frame);
     case SampleType::int16:
-      return as(std::int16_t());
+      return converted<Real, std::int16_t>(from, nodes, frame);
     case SampleType::uint32:
-      return as(std::uint32_t());
+      return converted<Real, std::uint32_t>(from, nodes, frame);
     case SampleType::int32:
-      return as(std::int32_t());
+      return converted<Real, std::int32_t>(from, nodes, frame);
     case SampleType::uint64:
-      return as(std::uint64_t());
+      return converted<Real, std::uint64_t>(from, nodes, frame);
     case SampleType::int64:
-      return as(std::int64_t());
+      return converted<Real, std::int64_t>(from, nodes, frame);
     case SampleType::float32:
-      return as(float());
+      return converted<Real, float>(from, nodes, frame);
     case SampleType::float64:
-      return as(double());
+      return converted<Real, double>(from, nodes, frame);
   }
   throw std::logic_error("not a sample type");
 }

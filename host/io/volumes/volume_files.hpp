@@ -1,5 +1,5 @@
-// Readers of scalar volumes beside NRRD and VTK, and which reader a file is for. Each throws Error (input), one line that
-// names the file.
+// Readers of scalar volumes beside NRRD and VTK, and which reader a file is for. Each throws Error (input), one line
+// that names the file.
 #pragma once
 
 #include <filesystem>

@@ -147,8 +147,8 @@ TEST(FlowDescriptions, plot3d) {
 TEST(FlowDescriptions, points_with_vectors) {
   put("grid.nrrd", nrrd(3));
   put("flow.nrrd", nrrd(3));
-  const VectorField field = load(
-      R"({"kind": "curvilinear", "points": "grid.nrrd", "vectors": "flow.nrrd", "reconstruction": "tricubic", "tolerance": 1e-4})");
+  const VectorField field = load(R"({"kind": "curvilinear", "points": "grid.nrrd", "vectors": "flow.nrrd",
+                                     "reconstruction": "tricubic", "tolerance": 1e-4})");
   EXPECT_EQ(field.kind(), "curvilinear");
   EXPECT_EQ(field.bounds().upper, glm::dvec3(1, 2, 3));
   EXPECT_EQ(field.model().smoothness(), 2);
