@@ -26,7 +26,7 @@ fs::path test_folder() {
 }
 
 fs::path put(const std::string& name, const std::string& bytes) {
-  const fs::path file = test_folder() / name;
+  fs::path file = test_folder() / name;
   fs::remove(file);
   std::ofstream(file, std::ios::binary) << bytes;
   return file;

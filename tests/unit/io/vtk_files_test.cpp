@@ -30,7 +30,7 @@ fs::path test_folder() {
 }
 
 fs::path put(const std::string& name, const std::string& bytes) {
-  const fs::path file = test_folder() / name;
+  fs::path file = test_folder() / name;
   fs::remove(file);
   std::ofstream(file, std::ios::binary) << bytes;
   return file;
@@ -415,7 +415,7 @@ TEST_F(VtkFiles, carotid) {
   // The file's bytes, which are big-endian floats at its end.
   const std::string bytes = get(file);
   const std::size_t count = read.vectors.size();
-  const auto data = bytes.find("\n", bytes.find("VECTORS vectors float")) + 1;
+  const auto data = bytes.find('\n', bytes.find("VECTORS vectors float")) + 1;
   ASSERT_EQ(count, 76u * 49u * 45u);
   for (std::size_t i = 0; i < count; i += 997) {
     for (int c = 0; c < 3; c++) {
