@@ -2,9 +2,9 @@
 //
 // Lines are traced in rounds: in each, every line that goes on takes up to some number of steps, and keeps up to some
 // number of positions (kernels/flow/trace.inc). Between rounds, lines that have ended leave the list, so that lanes stay
-// full. Rounds are the same for any number of lines, and so are their positions, to the bit.
+// full. What a line is does not depend on how it is cut into rounds, to the bit.
 //
-// Device memory: 96 bytes a line, and the positions of one round, for `lines_in_tile` lines at most.
+// Device memory: 132 bytes a line, and the positions of one round, for `lines_in_tile` lines at most.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,10 +25,14 @@ namespace {
 
 constexpr std::size_t lines_in_tile = 1 << 15;
 constexpr std::size_t points_in_tile = 1 << 18;
-constexpr int positions_in_round = 64;  // of a line
-constexpr int turns_in_round = 128;     // steps, with those that were tried in vain
+// Positions of a line in a round, and steps, with those that were tried in vain. Few lines have longer rounds.
+constexpr std::size_t positions_of_all = 1 << 18;
+constexpr int fewest_positions = 64, most_positions = 256;
+constexpr int turns_for_position = 2;
+constexpr int turns_of_ends = 256;
 constexpr std::size_t lines_in_chunk = 64;
-static_assert(positions_in_round >= TRACE_LEAST_ROOM);
+constexpr std::size_t worth_threads = 1 << 16;  // positions
+static_assert(fewest_positions >= TRACE_LEAST_ROOM);
 // Of a step of Dormand and Prince's method, of the domain's extent: a step must not pass over what is small.
 constexpr double longest_step = 1.0 / 32;
 
@@ -44,6 +48,7 @@ double rest_of(double value) { return value - double(float(value)); }
 
 // What a round keeps: of each line of its list so many positions, in rows of the same length.
 struct Round {
+  int room = 1;  // positions in a row
   Values<float> points;
   std::vector<std::uint32_t> list, counts;
 };
@@ -229,7 +234,9 @@ class DeviceFlowQueries final : public FlowQueries {
     round.list = list;
     round.counts.resize(list.size());
     list_.write(list);
-    const int room = options.ends_only ? 0 : positions_in_round;
+    const auto each = int(std::min<std::size_t>(positions_of_all / list.size(), most_positions));
+    const int room = options.ends_only ? 0 : std::max(each, fewest_positions);
+    round.room = room;
     round.points.resize(list.size() * std::size_t(room) * width_of(options));
     // Devices that share the host's memory write there.
     std::unique_ptr<DeviceBuffer> shared;
@@ -247,7 +254,7 @@ class DeviceFlowQueries final : public FlowQueries {
                                   .count = int(list.size()),
                                   .stride = int(count),
                                   .room = room,
-                                  .turns = turns_in_round,
+                                  .turns = options.ends_only ? turns_of_ends : turns_for_position * room,
                                   .begin = 0},
            list.size());
     counts_.read(round.counts);
@@ -258,7 +265,7 @@ class DeviceFlowQueries final : public FlowQueries {
   // At a border the last step may have been kept already.
   static void drop_repeated(Round& round, std::size_t k, const TraceOptions& options, float& last) {
     const std::size_t width = width_of(options);
-    const float* times = round.points.data() + k * std::size_t(positions_in_round) * width + 3;
+    const float* times = round.points.data() + k * std::size_t(round.room) * width + 3;
     const std::size_t count = round.counts[k];
     const float before = count > 1 ? times[(count - 2) * width] : last;
     last = times[(count - 1) * width];
@@ -272,7 +279,7 @@ class DeviceFlowQueries final : public FlowQueries {
     const auto number = [&](int column, std::size_t i) {
       return std::bit_cast<float>(words[std::size_t(column) * count + i]);
     };
-    const std::size_t width = width_of(options), row = std::size_t(positions_in_round) * width;
+    const std::size_t row = width_of(options);
     Round round;
     round.points.resize(count * row);
     for (std::size_t i = 0; i < count; i++) {
@@ -323,23 +330,38 @@ class DeviceFlowQueries final : public FlowQueries {
   // Puts the positions of a half where they belong: behind those of the seeds, or before them in the other order.
   static void place(const Half& half, const TraceOptions& options, const std::vector<std::uint64_t>& at,
                     std::int64_t side, Streamlines& lines) {
-    const std::size_t width = width_of(options), row = std::size_t(positions_in_round) * width;
+    const std::size_t width = width_of(options);
+    // Where the first position of each row goes.
+    std::vector<std::vector<std::uint64_t>> to(half.rounds.size());
+    std::vector<std::pair<std::size_t, std::size_t>> chunks;  // round, first row
     std::vector<std::uint32_t> done(at.size(), 0);
-    for (const Round& round : half.rounds) {
-      const std::size_t listed = round.list.size();
-      parallel_for((listed + lines_in_chunk - 1) / lines_in_chunk, [&](std::size_t chunk) {
-        for (std::size_t k = chunk * lines_in_chunk; k < std::min(listed, (chunk + 1) * lines_in_chunk); k++) {
-          const std::uint32_t line = round.list[k];
-          for (std::size_t i = 0; i < round.counts[k]; i++) {
-            const float* p = round.points.data() + k * row + i * width;
-            const auto to = std::size_t(std::int64_t(at[line]) + side * std::int64_t(++done[line]));
-            lines.positions[to] = {p[0], p[1], p[2]};
-            lines.times[to] = p[3];
-            if (options.variation > 0) lines.first[to] = {p[4], p[5], p[6]};
-            if (options.variation > 1) lines.second[to] = {p[8], p[9], p[10]};
-          }
+    for (std::size_t r = 0; r < half.rounds.size(); r++) {
+      const Round& round = half.rounds[r];
+      for (std::size_t k = 0; k < round.list.size(); k++) {
+        if (k % lines_in_chunk == 0) chunks.emplace_back(r, k);
+        const std::uint32_t line = round.list[k];
+        to[r].push_back(std::uint64_t(std::int64_t(at[line]) + side * std::int64_t(done[line] + 1)));
+        done[line] += round.counts[k];
+      }
+    }
+    const auto place_chunk = [&](std::size_t c) {
+      const auto [r, first] = chunks[c];
+      const Round& round = half.rounds[r];
+      for (std::size_t k = first; k < std::min(round.list.size(), first + lines_in_chunk); k++) {
+        const float* p = round.points.data() + k * std::size_t(round.room) * width;
+        for (std::size_t i = 0; i < round.counts[k]; i++, p += width) {
+          const auto place = std::size_t(std::int64_t(to[r][k]) + side * std::int64_t(i));
+          lines.positions[place] = {p[0], p[1], p[2]};
+          lines.times[place] = p[3];
+          if (options.variation > 0) lines.first[place] = {p[4], p[5], p[6]};
+          if (options.variation > 1) lines.second[place] = {p[8], p[9], p[10]};
         }
-      });
+      }
+    };
+    if (lines.positions.size() < worth_threads) {
+      for (std::size_t c = 0; c < chunks.size(); c++) place_chunk(c);
+    } else {
+      parallel_for(chunks.size(), place_chunk);
     }
   }
 

@@ -60,7 +60,7 @@ struct RenderCommand {
   std::optional<double> field_of_view;
   std::optional<double> time, radius;  // of lines
   bool both = false;
-  int samples = 2;
+  std::optional<int> samples;  // by default 2, of lines 3
   DeviceChoice device;
 };
 

@@ -203,9 +203,8 @@ void CommandLine::declare_render(CLI::App& app) {
       ->type_name("DEGREES");
   verb->add_option("--range", render.range, "Numbers at the ends of the colour map; by default from what is seen")
       ->type_name("lower,upper");
-  verb->add_option("--samples", render.samples, "Rays per pixel and axis, 1 to 16")
-      ->check(CLI::Range(1, 16))
-      ->capture_default_str();
+  verb->add_option("--samples", render.samples, "Per pixel and axis, 1 to 16; by default 2, of lines 3")
+      ->check(CLI::Range(1, 16));
   add_device(verb, render.device);
   add_output(verb, render.output, "IMAGE.png", "The picture");
   chosen(verb, [this] { run_render(render, common); });

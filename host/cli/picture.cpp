@@ -68,7 +68,7 @@ std::optional<ValueRange> range_in(const std::optional<std::string>& text) {
 void render_surface(const RenderCommand& command, const CommonOptions& common) {
   RenderOptions options;
   options.shades = shades_named(command.shades.value_or("phong"));
-  options.samples = command.samples;
+  options.samples = command.samples.value_or(2);
   options.range = range_in(command.range);
   const Surface surface = load_surface(command.surface);
   options.camera = camera_of(command, surface.bounds());
@@ -84,8 +84,9 @@ void render_surface(const RenderCommand& command, const CommonOptions& common) {
   }
   const double seconds = watch.seconds();
   save_png(image, command.output);
-  const std::size_t samples = std::size_t(command.samples) * std::size_t(command.samples);
-  report(device, common, "rays", std::size_t(image.width) * std::size_t(image.height) * samples, seconds);
+  const std::size_t rays = std::size_t(image.width) * std::size_t(image.height);
+  const auto samples = std::size_t(options.samples);
+  report(device, common, "rays", rays * samples * samples, seconds);
 }
 
 // As long as a line needs to cross the domain at the mean speed of the seeds.
@@ -104,10 +105,10 @@ double usual_time(const Tracer& tracer, const FlowSeeds& seeds, const Bounds& bo
 }
 
 void render_lines(const RenderCommand& command, const CommonOptions& common) {
-  constexpr int rows = 300;  // of a line; between them it is drawn as cubics
+  constexpr int rows = 300;  // across the domain at the mean speed; between them a line is drawn as cubics
   LineRenderOptions options;
   options.shade = line_shade_named(command.shades.value_or("speed"));
-  options.samples = std::max(command.samples, 3);
+  options.samples = command.samples.value_or(3);
   options.range = range_in(command.range);
   options.radius = command.radius.value_or(0);
   const VectorField field = load_vector_field(command.surface);
@@ -120,10 +121,11 @@ void render_lines(const RenderCommand& command, const CommonOptions& common) {
   const Tracer tracer = prepare(device, field, common);
 
   const Stopwatch watch;
+  const double usual = usual_time(tracer, seeds, field.bounds());
   TraceOptions trace;
-  trace.time = command.time.value_or(usual_time(tracer, seeds, field.bounds()));
+  trace.time = command.time.value_or(usual);
   trace.both = command.both;
-  trace.interval = std::abs(trace.time) / rows;
+  trace.interval = std::min(std::abs(trace.time), usual) / rows;
   const Streamlines lines = trace_lines(tracer, seeds, trace, common);
   const double seconds = watch.seconds();
   save_png(render(lines, tracer.sample(lines.positions).value, options), command.output);

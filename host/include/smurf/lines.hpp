@@ -2,7 +2,8 @@
 //
 //   auto lines = tracer.trace(seeds, {.time = 6, .interval = 0.02});
 //   auto velocities = tracer.sample(lines.positions).value;
-//   auto image = smurf::render(lines, velocities, {.camera = smurf::fitted_camera(field.bounds(), 512, 512)});
+//   auto camera = smurf::fitted_camera(field.bounds(), 512, 512);
+//   smurf::save_png(smurf::render(lines, velocities, {.camera = camera}), "flow.png");
 //
 // Each line is drawn as a tube that is lit by its own normals, which is what illuminated lines (Zöckler, Stalling, Hege
 // 1996) come to where a line is wider than a pixel. Depth shows by perspective, by colours that fade to the background,

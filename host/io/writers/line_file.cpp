@@ -1,5 +1,6 @@
 #include "io/writers/line_file.hpp"
 
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -11,13 +12,27 @@ namespace smurf {
 FlowStatus row_status(const Streamlines& lines, std::size_t line, std::size_t row) {
   const std::size_t first = lines.offsets[line], last = lines.offsets[line + 1] - 1;
   const bool both = lines.beginning[line] != FlowStatus::inside;
-  // Rows are in order of time: a line that was traced back ends at its first row.
-  const bool backward = !both && lines.times[first] < lines.times[last] && lines.times[last] <= 0;
-  if (row == (backward ? first : last)) return lines.end[line];
+  const bool ends_first = !both && std::abs(lines.times[first]) > std::abs(lines.times[last]);
+  if (row == (ends_first ? first : last)) return lines.end[line];
   return both && row == first ? lines.beginning[line] : FlowStatus::inside;
 }
 
 namespace {
+
+// The k-th row of a line in order of t. Lines that were traced back are stored from the seed on.
+class Rows {
+ public:
+  Rows(const Streamlines& lines, std::size_t line)
+      : first_(lines.offsets[line]),
+        last_(lines.offsets[line + 1] - 1),
+        reversed_(lines.times[last_] < lines.times[first_]) {}
+  std::size_t size() const { return last_ - first_ + 1; }
+  std::size_t operator[](std::size_t k) const { return reversed_ ? last_ - k : first_ + k; }
+
+ private:
+  std::size_t first_, last_;
+  bool reversed_;
+};
 
 void put_vector(CsvWriter& out, const glm::vec3& v) {
   for (int c = 0; c < 3; c++) {
@@ -33,7 +48,9 @@ void write_csv(const Streamlines& lines, const std::filesystem::path& file) {
   if (!lines.second.empty()) out.put(",uux,uuy,uuz");
   out.end_line();
   for (std::size_t line = 0; line < lines.size(); line++) {
-    for (std::size_t row = lines.offsets[line]; row < lines.offsets[line + 1]; row++) {
+    const Rows rows(lines, line);
+    for (std::size_t k = 0; k < rows.size(); k++) {
+      const std::size_t row = rows[k];
       out.cell(std::uint64_t(line));
       out.put(',');
       out.cell(lines.times[row]);
@@ -66,21 +83,20 @@ struct Cells {
 // Cells begin .. end - 1.
 void put_cells(VtkXmlWriter& xml, const char* tag, const Streamlines& lines, const Cells& cells, std::size_t begin,
                std::size_t end) {
-  const auto first_row = [&](std::size_t cell) { return lines.offsets[cells.lines[cell]]; };
-  const auto rows = [&](std::size_t cell) { return lines.offsets[cells.lines[cell] + 1] - first_row(cell); };
+  const auto size = [&](std::size_t cell) { return Rows(lines, cells.lines[cell]).size(); };
   std::size_t total = 0;
-  for (std::size_t cell = begin; cell < end; cell++) total += rows(cell);
+  for (std::size_t cell = begin; cell < end; cell++) total += size(cell);
   xml.open(tag);
-  std::size_t cell = begin, at = 0;
+  std::size_t cell = begin, k = 0;
   xml.array<std::int64_t>("connectivity", 1, total, [&](std::size_t) {
-    while (at == rows(cell)) {
+    if (k == size(cell)) {
       cell++;
-      at = 0;
+      k = 0;
     }
-    return first_row(cell) + at++;
+    return Rows(lines, cells.lines[cell])[k++];
   });
   std::size_t offset = 0;
-  xml.array<std::int64_t>("offsets", 1, end - begin, [&](std::size_t i) { return offset += rows(begin + i); });
+  xml.array<std::int64_t>("offsets", 1, end - begin, [&](std::size_t i) { return offset += size(begin + i); });
   xml.close();
 }
 

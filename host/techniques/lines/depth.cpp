@@ -13,7 +13,7 @@ namespace smurf {
 
 namespace {
 
-constexpr float fade = 0.62f;       // of the farthest
+constexpr float fade = 0.5f;        // of the farthest
 constexpr float darkest = 0.75f;    // by how much shade takes light away at most
 constexpr float full_shade = 0.2f;  // what is so much of the range of depths behind its surroundings
 
@@ -37,7 +37,8 @@ Planes blurred(const Planes& planes, const std::vector<float>& weights, int widt
       const std::ptrdiff_t stride = along_rows ? 1 : width;
       const std::ptrdiff_t at = std::ptrdiff_t(y) * width + x;
       glm::vec2 sum(0.0f);
-      for (int i = std::max(-reach, -place); i <= std::min(reach, length - 1 - place); i++)
+      const int first = std::max(-reach, -place), last = std::min(reach, length - 1 - place);
+      for (std::ptrdiff_t i = first; i <= last; i++)
         sum += weights[std::size_t(i + reach)] * planes[std::size_t(at + i * stride)];
       result[std::size_t(at)] = sum;
     }

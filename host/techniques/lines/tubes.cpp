@@ -1,5 +1,5 @@
-// A piece covers the samples that lie within its radius of its axis, as seen. There the normal of the tube is known from
-// the distance to the axis: across it at the rim, to the eye in the middle.
+// A piece covers the samples that lie within its radius of its axis, as seen. There the normal of the tube is known
+// from the distance to the axis: across it at the rim, to the eye in the middle.
 #include "techniques/lines/tubes.hpp"
 
 #include <algorithm>
