@@ -57,13 +57,17 @@ class Builder {
   // Voxels about as many as wanted, as near to cubes as the region allows.
   Table table_over(const glm::vec3& lower, const glm::vec3& upper, std::size_t wanted) const {
     const glm::dvec3 extent = glm::max(glm::dvec3(upper) - glm::dvec3(lower), glm::dvec3(16.0 * double(slack_)));
-    const double side = std::cbrt(extent.x * extent.y * extent.z / double(std::max<std::size_t>(wanted, 1)));
+    double side = std::cbrt(extent.x * extent.y * extent.z / double(std::max<std::size_t>(wanted, 1)));
     Table table{lower, {}, {}};
-    for (int axis = 0; axis < 3; axis++) {
-      // Voxels much smaller than the slack would only repeat each other.
-      const double most = std::min(double(most_along_axis), extent[axis] / (16.0 * double(slack_)));
-      table.size[axis] = std::max(1, int(std::min(most, std::round(extent[axis] / side))));
-      table.counts[axis] = float(double(table.size[axis]) / extent[axis]);
+    // Along an axis that is shorter than a voxel there is one all the same: where there are too many, larger ones do.
+    for (bool too_many = true; too_many; side *= 1.25) {
+      for (int axis = 0; axis < 3; axis++) {
+        // Voxels much smaller than the slack would only repeat each other.
+        const double most = std::min(double(most_along_axis), extent[axis] / (16.0 * double(slack_)));
+        table.size[axis] = std::max(1, int(std::min(most, std::round(extent[axis] / side))));
+        table.counts[axis] = float(double(table.size[axis]) / extent[axis]);
+      }
+      too_many = node_count(table) > 2 * wanted + 8;
     }
     return table;
   }
