@@ -13,8 +13,10 @@ namespace {
 constexpr std::uint32_t divided = 0xffffffffu;
 // Voxels with more cells are divided. Voxels as large as cells meet 8 of them.
 constexpr std::size_t many_cells = 24;
-// A division that leaves more than this part of the cells in its voxels is none.
-constexpr double too_little_gained = 0.6;
+// A division that leaves more than this part of the cells in its voxels is none: where many cells overlap, voxels would
+// be divided without end.
+constexpr double too_little_gained = 0.25;
+constexpr std::size_t most_voxels = 16;  // for each cell, all tables together, before nothing is divided any more
 constexpr int most_along_axis = 1024;
 // Devices number voxels in floats, which for 1024 along an axis are right to 1e-4.
 constexpr double rounding_of_voxels = 1e-3;
@@ -55,13 +57,17 @@ class Builder {
   // Voxels about as many as wanted, as near to cubes as the region allows.
   Table table_over(const glm::vec3& lower, const glm::vec3& upper, std::size_t wanted) const {
     const glm::dvec3 extent = glm::max(glm::dvec3(upper) - glm::dvec3(lower), glm::dvec3(16.0 * double(slack_)));
-    const double side = std::cbrt(extent.x * extent.y * extent.z / double(std::max<std::size_t>(wanted, 1)));
+    double side = std::cbrt(extent.x * extent.y * extent.z / double(std::max<std::size_t>(wanted, 1)));
     Table table{lower, {}, {}};
-    for (int axis = 0; axis < 3; axis++) {
-      // Voxels much smaller than the slack would only repeat each other.
-      const double most = std::min(double(most_along_axis), extent[axis] / (16.0 * double(slack_)));
-      table.size[axis] = std::max(1, int(std::min(most, std::round(extent[axis] / side))));
-      table.counts[axis] = float(double(table.size[axis]) / extent[axis]);
+    // Along an axis that is shorter than a voxel there is one all the same: where there are too many, larger ones do.
+    for (bool too_many = true; too_many; side *= 1.25) {
+      for (int axis = 0; axis < 3; axis++) {
+        // Voxels much smaller than the slack would only repeat each other.
+        const double most = std::min(double(most_along_axis), extent[axis] / (16.0 * double(slack_)));
+        table.size[axis] = std::max(1, int(std::min(most, std::round(extent[axis] / side))));
+        table.counts[axis] = float(double(table.size[axis]) / extent[axis]);
+      }
+      too_many = node_count(table) > 2 * wanted + 8;
     }
     return table;
   }
@@ -120,6 +126,8 @@ class Builder {
     return first;
   }
 
+  bool has_room() const { return tables_.voxels.size() / CURVILINEAR_VOXEL_WORDS < most_voxels * boxes_.size(); }
+
   bool worth_dividing(const glm::vec3& lower, const glm::vec3& upper, std::span<const std::uint32_t> cells) const {
     const Table table = table_over(lower, upper, cells.size());
     const double left = double(count(table, cells).back()) / double(node_count(table));
@@ -136,7 +144,8 @@ class Builder {
       const glm::vec3 lower(glm::dvec3(table.lower) + at / glm::dvec3(table.counts));
       const glm::vec3 upper(glm::dvec3(table.lower) + (at + 1.0) / glm::dvec3(table.counts));
       const std::size_t words = CURVILINEAR_VOXEL_WORDS * (first + voxel);
-      if (cells.size() > many_cells && depth + 1 < CURVILINEAR_DEPTH && worth_dividing(lower, upper, cells)) {
+      if (cells.size() > many_cells && depth + 1 < CURVILINEAR_DEPTH && has_room() &&
+          worth_dividing(lower, upper, cells)) {
         tables_.voxels[words] = std::uint32_t(tables_.tables.size() / CURVILINEAR_TABLE_WORDS);
         tables_.voxels[words + 1] = divided;
         build(lower, upper, cells, depth + 1);

@@ -87,13 +87,13 @@ TEST(CurvilinearCells, SeamsAreWhereAllNodesMeet) {
   EXPECT_EQ(find_seams(size, points, 1e-9), (std::array<bool, 3>{false, false, false}));
 }
 
-// Boxes from 1e-4 to 1 wide, which crowd about a corner.
+// Boxes from 1e-5 to 0.1 wide, which crowd about a corner.
 TEST(VoxelTables, EveryBoxAboutAPointIsListedInOrder) {
   std::mt19937 random(5);
   std::uniform_real_distribution<float> unit(0, 1);
   std::vector<CellBox> boxes;
   for (int i = 0; i < 3000; i++) {
-    const float size = std::pow(10.0f, -4 * unit(random));
+    const float size = std::pow(10.0f, -1 - 4 * unit(random));
     const glm::vec3 corner = glm::vec3(unit(random), unit(random), unit(random)) * (i % 2 == 0 ? 1.0f : 1.5f * size);
     const float x = unit(random), y = unit(random), z = unit(random);
     boxes.push_back({corner, corner + size * glm::vec3(x, y, z)});
@@ -117,6 +117,20 @@ TEST(VoxelTables, EveryBoxAboutAPointIsListedInOrder) {
     points++;
   }
   EXPECT_LT(double(listed) / double(points), 300);
+  EXPECT_LT(tables.voxels.size() + tables.cells.size(), 100 * boxes.size());
+}
+
+// Boxes that nearly all reach everywhere cannot be told apart, however often voxels are divided.
+TEST(VoxelTables, BoxesThatOverlapAreNotDividedWithoutEnd) {
+  std::mt19937 random(6);
+  std::uniform_real_distribution<float> unit(0, 1);
+  std::vector<CellBox> boxes;
+  for (int i = 0; i < 2000; i++) {
+    const glm::vec3 corner(unit(random), unit(random), unit(random));
+    boxes.push_back({corner, corner + std::pow(10.0f, -2 * unit(random))});
+  }
+  const VoxelTables tables = build_voxel_tables(boxes, 1e-6f);
+  EXPECT_LT(tables.voxels.size() + tables.cells.size(), 200 * boxes.size());
 }
 
 TEST(VoxelTables, OneBoxAndManyThatAreTheSame) {
