@@ -17,6 +17,7 @@
 #include <optional>
 #include <string>
 
+#include "benchmarks.hpp"
 #include "patches/bezier.hpp"
 #include "peers/gage.hpp"
 #include "peers/isosurface_mesh.hpp"
@@ -33,20 +34,6 @@ using namespace smurf;
 using namespace smurf::bench;
 using namespace smurf::workloads;
 
-constexpr int repetitions = 7;
-constexpr double least_seconds = 0.1;  // of a repetition
-
-using Counters = std::map<std::string, double>;
-
-// One benchmark that is set up: what a repetition runs, and what is told about it beside its time.
-struct Ready {
-  std::function<void()> run;
-  std::size_t count = 0;
-  std::string label;
-  Counters counters;
-};
-using SetUp = std::function<Ready()>;
-
 // Tasks by workload and size: the reference's answers are shared by all devices and peers.
 Task& shared_task(const Workload& workload, int size) {
   static std::map<std::pair<std::string, int>, std::unique_ptr<Task>> tasks;
@@ -54,43 +41,6 @@ Task& shared_task(const Workload& workload, int size) {
   auto& task = tasks[{workload.name, size}];
   if (!task) task = std::make_unique<Task>(workload, size);
   return *task;
-}
-
-// Set up once per benchmark, with one run as warm-up.
-Ready& ready(const std::string& name, const SetUp& set_up) {
-  static std::string current;
-  static std::optional<Ready> kept;
-  if (current != name || !kept) {
-    kept.reset();
-    kept = set_up();
-    current = name;
-  }
-  return *kept;
-}
-
-void add(const std::string& name, const SetUp& set_up) {
-  benchmark::RegisterBenchmark(name.c_str(),
-                               [name, set_up](benchmark::State& state) {
-                                 try {
-                                   Ready& benchmark = ready(name, set_up);
-                                   const double start = core_seconds();
-                                   for ([[maybe_unused]] auto _ : state) benchmark.run();
-                                   const double spent = core_seconds() - start;
-                                   const double items = double(benchmark.count) * double(state.iterations());
-                                   state.counters["items_per_core_second"] = items / spent;
-                                   state.SetItemsProcessed(std::int64_t(benchmark.count) * state.iterations());
-                                   state.SetLabel(benchmark.label);
-                                   for (const auto& [key, value] : benchmark.counters) state.counters[key] = value;
-                                 } catch (const Error& error) {
-                                   state.SkipWithError(error.what());
-                                 }
-                               })
-      ->MinTime(least_seconds)
-      ->Repetitions(repetitions)
-      ->ReportAggregatesOnly(true)
-      ->DisplayAggregatesOnly(true)
-      ->UseRealTime()
-      ->Unit(benchmark::kMillisecond);
 }
 
 Counters counters_of(const Measurement& m) {
@@ -426,6 +376,7 @@ int main(int argc, char** argv) {
     add_calibration();
 #endif
     add_vertices();
+    add_streamlines();
     const Catalogue list = catalogue();
     for (const Workload& workload : list.workloads) {
       for (int size : workload.sizes) {

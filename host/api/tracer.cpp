@@ -66,6 +66,7 @@ TraceOptions completed(TraceOptions options, const VectorFieldDefinition& field)
   const Bounds bounds = field.bounds();
   const glm::dvec3 size = bounds.upper - bounds.lower;
   const double extent = std::max({size.x, size.y, size.z});
+  if (options.both) options.time = std::abs(options.time);  // lines that go both ways are in order of time
   if (options.step == 0) options.step = std::abs(options.time) / default_steps;
   if (options.tolerance == 0) options.tolerance = default_tolerance * extent;
   return options;

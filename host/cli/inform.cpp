@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -59,6 +60,9 @@ void inform(const What& what, const InfoOptions& options, const CommonOptions& c
   std::vector<Row> rows{{"kind", std::string(what.kind())},
                         {"bounds", fmt::format("{} to {}", vector_text(bounds.lower), vector_text(bounds.upper))}};
   for (const Fact& fact : what.model().facts()) rows.push_back({fact.name, fact.value});
+  if constexpr (std::is_same_v<What, VectorField>) {
+    for (const Fact& note : what.model().notes()) rows.push_back({note.name, note.value});
+  }
   rows.push_back({"device memory", memory_on_device(what, options, common)});
   print_table(rows);
 }

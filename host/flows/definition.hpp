@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "numerics/fact.hpp"
@@ -30,6 +31,14 @@ class VectorFieldDefinition {
   // Of the samples; NaN where that is not known.
   virtual double greatest_speed() const = 0;
   virtual std::vector<Fact> facts() const = 0;
+
+  // Told beside the facts: how the field was read from a file. What reads it sets them, before anyone else has the
+  // field.
+  const std::vector<Fact>& notes() const { return notes_; }
+  void set_notes(std::vector<Fact> notes) const { notes_ = std::move(notes); }
+
+ private:
+  mutable std::vector<Fact> notes_;
 };
 
 }  // namespace smurf

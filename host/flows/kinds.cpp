@@ -6,6 +6,7 @@
 #include <bit>
 
 #include "flows/resident_flow.hpp"
+#include "flows/vector_files.hpp"
 #include "io/description.hpp"
 #include "smurf/error.hpp"
 
@@ -89,7 +90,7 @@ VectorField load_vector_field(const std::filesystem::path& file) {
 
 bool is_vector_field(const std::filesystem::path& file) {
   const std::string ending = description::ending_of(file);
-  if (flow_file_readers().contains(ending)) return true;
+  if (flow_file_readers().contains(ending)) return file_has_vectors(file);
   if (ending != ".json") return false;
   try {
     const json root = description::parse(file, "a description");

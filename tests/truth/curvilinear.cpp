@@ -73,10 +73,10 @@ std::optional<glm::dvec3> inverted(const glm::dvec3 (&corners)[8], const glm::dv
   return best;
 }
 
-// In the one of the six tetrahedra in which the point lies deepest.
-CellTruth by_tetrahedra(const glm::dvec3 (&corners)[8], const glm::dvec3 (&vectors)[8], const glm::dvec3& point) {
-  CellTruth truth;
-  truth.depth = -std::numeric_limits<double>::infinity();
+// In each of the six tetrahedra: those of an inverted cell overlap.
+std::vector<CellTruth> by_tetrahedra(const glm::dvec3 (&corners)[8], const glm::dvec3 (&vectors)[8],
+                                     const glm::dvec3& point) {
+  std::vector<CellTruth> truths;
   for (const auto& order : kuhn_orders) {
     const int a = 1 << order[0], b = a | 1 << order[1];
     glm::dmat3 edges(0.0), slopes(0.0);
@@ -96,14 +96,15 @@ CellTruth by_tetrahedra(const glm::dvec3 (&corners)[8], const glm::dvec3 (&vecto
     const double depth = std::min(
         {(1 - l[order[0]]) / size(rows[order[0]]), (l[order[0]] - l[order[1]]) / size(rows[order[0]] - rows[order[1]]),
          (l[order[1]] - l[order[2]]) / size(rows[order[1]] - rows[order[2]]), l[order[2]] / size(rows[order[2]])});
-    if (depth <= truth.depth) continue;
+    CellTruth truth;
     truth.depth = depth;
     truth.local = l;
     truth.reach = reach_of(to_local);
     truth.value = vectors[0] + slopes * l;
     truth.by_local = slopes;
+    truths.push_back(truth);
   }
-  return truth;
+  return truths;
 }
 
 bool is_irregular(const glm::dvec3 (&corners)[8]) {
@@ -238,10 +239,11 @@ std::vector<CellTruth> CellTruths::about(const glm::dvec3& point, double toleran
       found.push_back(truth);
     };
     if (cell.irregular || cell.beside) {
-      CellTruth truth = by_tetrahedra(cell.corners, cell.vectors, point);
-      truth.irregular = cell.irregular;
-      truth.only_between = !cell.irregular;
-      keep(truth);
+      for (CellTruth truth : by_tetrahedra(cell.corners, cell.vectors, point)) {
+        truth.irregular = cell.irregular;
+        truth.only_between = !cell.irregular;
+        keep(truth);
+      }
     }
     if (cell.irregular) continue;
     const std::optional<glm::dvec3> l = inverted(cell.corners, point, glm::length(cell.upper - cell.lower));

@@ -22,15 +22,15 @@
 namespace smurf {
 namespace {
 
-// By how many roundings of its coordinates and of the numbers of nodes a point of the border may seem to be outside: one
-// of the point itself, and one each of the matrix, the product and the sum.
+// By how many roundings of its coordinates and of the numbers of nodes a point of the border may seem to be outside:
+// one of the point itself, and one each of the matrix, the product and the sum.
 constexpr double border_roundings = 4;
 
 std::size_t count_of(const glm::ivec3& size) { return std::size_t(size.x) * std::size_t(size.y) * std::size_t(size.z); }
 
 // Of each node 1 where its vector cannot be used: of tricubic fields, where the cell that begins at the node has such a
-// vector among the 4³ that it is made of. (Further away the field is that of zero vectors at those nodes, which fades by
-// 2 - √3 from node to node.)
+// vector among the 4³ that it is made of. (Further away the field is that of zero vectors at those nodes, which fades
+// by 2 - √3 from node to node.)
 std::vector<float> marks_of(const GridFlow& flow) {
   const glm::ivec3 size = flow.grid.size;
   std::vector<float> marks(count_of(size), 0.0f);
@@ -96,7 +96,7 @@ class ResidentGridFlow final : public ResidentFlow {
         put(FLOW_GRID_MATRIX + 3 * i + j, world_to_index[j][i]);
         reach += std::abs(world_to_index[j][i]) * farthest[j];
       }
-      put(FLOW_GRID_SLACK + i, border_roundings * 0x1p-24 * reach);
+      put(FLOW_GRID_SLACK + i, std::min(border_roundings * 0x1p-24 * reach, 0.5));
     }
     uniforms_ = TypedBuffer<std::uint32_t>(executor_, words.size(), "numbers of a vector field");
     uniforms_.write(words);

@@ -11,6 +11,7 @@
 #include <glm/glm.hpp>
 #include <memory>
 #include <span>
+#include <string_view>
 #include <type_traits>
 
 namespace smurf {
@@ -93,10 +94,13 @@ Volume borrow_volume(std::span<const T> samples, glm::ivec3 size, const GridPlac
   return borrow_volume(std::as_bytes(samples), sample_type_of<T>(), size, placement);
 }
 
-// Reads a volume from an NRRD file (.nrrd, or .nhdr with its data file).
+// Reads a volume from a file: NRRD (.nrrd, or .nhdr with its data file), MetaImage (.mha, or .mhd with its data file),
+// NIfTI (.nii, .nii.gz), and, where smurf was built with VTK, regular grids of VTK's (.vti, .vtk). `array` names the
+// scalars in a VTK file; without it they are the only array of one component there. Its values of cells are brought to
+// the nodes, each the mean of the cells about it.
 // Throws Error (input): missing or truncated file, not three-dimensional, sizes that disagree with the data,
-// zero or negative spacing, singular directions.
-Volume load_volume(const std::filesystem::path& file);
+// zero or negative spacing, singular directions, no such array.
+Volume load_volume(const std::filesystem::path& file, std::string_view array = {});
 
 // The test signal of Marschner and Lobb (Visualization 1994, eq. 3): f_M = 6, alpha = 1/4, sampled at
 // size³ nodes on [-1, 1]³ as float.

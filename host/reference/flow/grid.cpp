@@ -1,6 +1,6 @@
 // Vectors on a regular grid, in double precision: trilinear, or tricubic (spline.hpp).
 //
-// A vector that is not finite makes the cells undefined that use it: of trilinear fields those that it is a corner of,
+// A vector that is not usable makes the cells undefined that use it: of trilinear fields those that it is a corner of,
 // of tricubic ones those that have it among their 4³ nodes. In the systems of the spline it counts as 0.
 #include "flows/grid/definition.hpp"
 
@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "flows/grid/vectors.hpp"
 #include "flows/kinds.hpp"
 #include "reference/flow/extrapolation.hpp"
 #include "reference/flow/flow.hpp"
@@ -32,7 +33,7 @@ class GridReference final : public ReferenceFlow {
     nodes_.reserve(flow.grid.vectors.size());
     finite_.reserve(flow.grid.vectors.size());
     for (const glm::vec3& v : flow.grid.vectors) {
-      finite_.push_back(is_finite(dvec3(v)) ? 1 : 0);
+      finite_.push_back(is_usable(v) ? 1 : 0);
       nodes_.push_back(finite_.back() != 0 ? dvec3(v) : dvec3(0.0));
     }
     if (tricubic_) spline_ = LatticeSpline(size_, nodes_, {false, false, false});

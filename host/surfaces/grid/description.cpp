@@ -51,7 +51,7 @@ Surface isosurface(const Volume& volume, double isovalue, const GridOptions& opt
 
 std::shared_ptr<const SurfaceDefinition> read_grid_isosurface(const json& field, const std::filesystem::path& folder,
                                                               double isovalue) {
-  description::only_members(field, "field", {"kind", "file", "reconstruction"});
+  description::only_members(field, "field", {"kind", "file", "array", "reconstruction"});
   GridOptions options;
   if (field.contains("reconstruction")) {
     const std::string name = description::text_member(field, "field", "reconstruction");
@@ -62,11 +62,23 @@ std::shared_ptr<const SurfaceDefinition> read_grid_isosurface(const json& field,
     }
   }
   const std::string file = description::text_member(field, "field", "file");
+  const std::string array = field.contains("array") ? description::text_member(field, "field", "array") : "";
   try {
-    return isosurface(load_volume(folder / file), isovalue, options).share();
+    return isosurface(load_volume(folder / file, array), isovalue, options).share();
   } catch (const Error& error) {
     throw Error(error.code(), fmt::format("member \"field.file\": {}", error.what()));
   }
+}
+
+// A volume alone is no surface.
+std::shared_ptr<const SurfaceDefinition> read_volume_file(const std::filesystem::path& file) {
+  const Volume volume = load_volume(file);
+  throw Error(ErrorCode::input,
+              fmt::format("\"{}\": a volume of {}x{}x{} samples from {:g} to {:g}; a surface of it needs an isovalue: "
+                          "{{\"kind\": \"isosurface\", \"isovalue\": {:g}, \"field\": {{\"kind\": \"grid\", "
+                          "\"file\": \"{}\"}}}}",
+                          file.string(), volume.size().x, volume.size().y, volume.size().z, volume.minimum(),
+                          volume.maximum(), (volume.minimum() + volume.maximum()) / 2, file.filename().string()));
 }
 
 }  // namespace smurf

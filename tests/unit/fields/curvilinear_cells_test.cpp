@@ -1,6 +1,7 @@
 // The geometry of curvilinear blocks on the host: corner Jacobians, seams, and which cells are about a point.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -109,7 +110,8 @@ TEST(VoxelTables, EveryBoxAboutAPointIsListedInOrder) {
     for (std::size_t box = 0; box < boxes.size(); box++) {
       const bool holds = glm::all(glm::greaterThanEqual(point, boxes[box].lower - slack)) &&
                          glm::all(glm::lessThanEqual(point, boxes[box].upper + slack));
-      if (holds) EXPECT_TRUE(std::binary_search(about.begin(), about.end(), std::uint32_t(box))) << box;
+      const bool listed_there = std::binary_search(about.begin(), about.end(), std::uint32_t(box));
+      EXPECT_TRUE(listed_there || !holds) << box;
     }
     listed += about.size();
     points++;

@@ -1,8 +1,6 @@
-#include "io/nrrd_data.hpp"
+#include "io/volumes/nrrd_data.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
 #include <unistd.h>
 #include <zlib.h>
 
@@ -218,35 +216,6 @@ Samples read_ascii(const NrrdData& data, const InputFile& file, std::size_t star
 }
 
 }  // namespace
-
-InputFile::InputFile(const std::filesystem::path& file) : path_(file) {
-  const auto refuse = [&](const char* reason) {
-    throw Error(ErrorCode::input, fmt::format("cannot read \"{}\": {}", file.string(), reason));
-  };
-  std::error_code error;
-  const auto status = std::filesystem::status(file, error);
-  if (!std::filesystem::exists(status)) refuse(std::strerror(error ? error.value() : ENOENT));
-  if (!std::filesystem::is_regular_file(status)) refuse("it is no regular file");  // opening a pipe would wait
-  descriptor_ = open(file.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor_ < 0) refuse(std::strerror(errno));
-  struct stat opened {};
-  if (fstat(descriptor_, &opened) == 0) size_ = std::size_t(opened.st_size);
-}
-
-InputFile::~InputFile() {
-  if (descriptor_ >= 0) close(descriptor_);
-}
-
-void InputFile::read_at(std::size_t offset, void* out, std::size_t bytes) const {
-  std::size_t filled = 0;
-  while (filled < bytes) {
-    const ssize_t got = pread(descriptor_, static_cast<char*>(out) + filled, bytes - filled, off_t(offset + filled));
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) fail(path_, std::strerror(errno));
-    if (got == 0) fail(path_, "the file ended while it was read");
-    filled += std::size_t(got);
-  }
-}
 
 void* read_nrrd_data(const NrrdData& data, SampleType type, std::size_t count) {
   const InputFile file(data.file);

@@ -1,9 +1,11 @@
-// Volumes from NRRD files. Teem's library interprets the header; what it is handed, and the data, are read here,
+// NRRD files. Teem's library interprets the header; what it is handed, and the data, are read here,
 // because its own readers are not safe on damaged files: header lines of some kinds and ASCII samples overflow its
 // buffers, text after numbers and digits that do not fit are ignored, and compressed data is neither checked
 // against its checksum nor for being longer than stated.
 //
 // One data file, attached or detached; encodings raw, gzip and ascii.
+#include "io/volumes/nrrd_file.hpp"
+
 #include <fmt/format.h>
 #include <locale.h>
 #include <teem/nrrd.h>
@@ -17,10 +19,9 @@
 #include <string>
 #include <vector>
 
-#include "io/nrrd_data.hpp"
+#include "io/volumes/nrrd_data.hpp"
 #include "numerics/text_file.hpp"
 #include "smurf/error.hpp"
-#include "smurf/volume.hpp"
 
 namespace smurf {
 namespace {
@@ -78,15 +79,15 @@ void check_numbers(const path& file, int field, std::string_view name, std::stri
     if (field == nrrdField_sizes && integer < 1)
       fail(file, fmt::format("sizes are \"{}\"; each must be at least 1", value));
     if (field == nrrdField_dimension && integer != 3 && integer != 4)
-      fail(file, fmt::format("dimension is {}; a volume must have 3", integer));
+      fail(file, fmt::format("dimension is {}; a volume must have 3, and vectors on a grid 4", integer));
   }
 }
 
 bool holds_numbers(int field) {
-  static constexpr int fields[] = {nrrdField_dimension,   nrrdField_sizes,           nrrdField_spacings,
-                                   nrrdField_axis_mins,   nrrdField_axis_maxs,       nrrdField_line_skip,
-                                   nrrdField_byte_skip,   nrrdField_space_dimension, nrrdField_space_directions,
-                                   nrrdField_space_origin};
+  static constexpr int fields[] = {
+      nrrdField_dimension,        nrrdField_sizes,        nrrdField_spacings,         nrrdField_axis_mins,
+      nrrdField_axis_maxs,        nrrdField_line_skip,    nrrdField_byte_skip,        nrrdField_space_dimension,
+      nrrdField_space_directions, nrrdField_space_origin, nrrdField_measurement_frame};
   return std::ranges::find(fields, field) != std::end(fields);
 }
 
@@ -239,21 +240,14 @@ std::optional<SampleType> sample_type(int type) {
   }
 }
 
-// Number of the first spatial axis: 1 when samples are vectors of a single component.
-unsigned first_axis(const path& file, const Nrrd& nrrd) {
-  if (nrrd.dim == 3) return 0;
-  if (nrrd.axis[0].size != 1)
-    fail(file, fmt::format("dimension is 4 with {} values along the first axis; a volume must have dimension 3, or a "
-                           "single value a sample",
-                           nrrd.axis[0].size));
-  return 1;
-}
+// Number of the first spatial axis: 1 when samples have components.
+unsigned first_axis(const Nrrd& nrrd) { return nrrd.dim == 3 ? 0 : 1; }
 
 glm::ivec3 size_of(const path& file, const Nrrd& nrrd) {
   glm::ivec3 size;
   double count = 1;
   for (unsigned a = 0; a < 3; a++) {
-    const std::size_t samples = nrrd.axis[first_axis(file, nrrd) + a].size;  // checked to be a positive int
+    const std::size_t samples = nrrd.axis[first_axis(nrrd) + a].size;  // checked to be a positive int
     size[int(a)] = int(samples);
     count *= double(samples);
   }
@@ -288,7 +282,7 @@ AxisRange range_of(const path& file, const Header& header, unsigned axis, unsign
 
 GridPlacement placement_of(const path& file, const Header& header) {
   const Nrrd& nrrd = *header.nrrd;
-  const unsigned first = first_axis(file, nrrd);
+  const unsigned first = first_axis(nrrd);
   GridPlacement placement;
   const bool directed = header.state->seen[nrrdField_space_directions] != 0;
   const bool shifted = header.state->seen[nrrdField_space_origin] && AIR_EXISTS(nrrd.spaceOrigin[0]);
@@ -309,6 +303,17 @@ GridPlacement placement_of(const path& file, const Header& header) {
   return placement;
 }
 
+// Column c is the world direction of component c. None where the header has no frame, or says "none".
+std::optional<glm::dmat3> frame_of(const path& file, const Header& header) {
+  const Nrrd& nrrd = *header.nrrd;
+  if (!header.state->seen[nrrdField_measurement_frame] || !AIR_EXISTS(nrrd.measurementFrame[0][0])) return std::nullopt;
+  if (nrrd.spaceDim != 3)
+    fail(file, fmt::format("space dimension is {}; it must be 3 for the measurement frame", nrrd.spaceDim));
+  glm::dmat3 frame;
+  for (int c = 0; c < 3; c++) frame[c] = space_vector(nrrd.measurementFrame[c]);
+  return frame;
+}
+
 // ---- Data
 
 NrrdData data_source(const path& file, const HeaderText& text, const Header& header) {
@@ -325,9 +330,8 @@ NrrdData data_source(const path& file, const HeaderText& text, const Header& hea
   return data;
 }
 
-void fix_byte_order(Nrrd& nrrd, const NrrdIoState& state) {
-  if (state.encoding->endianMatters && nrrdElementSize(&nrrd) > 1 && state.endian != airMyEndian())
-    nrrdSwapEndian(&nrrd);
+bool swaps_bytes(const Nrrd& nrrd, const NrrdIoState& state) {
+  return state.encoding->endianMatters && nrrdElementSize(&nrrd) > 1 && state.endian != airMyEndian();
 }
 
 std::string read_beginning(const path& file) {
@@ -339,23 +343,31 @@ std::string read_beginning(const path& file) {
 
 }  // namespace
 
-Volume load_volume(const path& file) {
+NrrdFile read_nrrd(const path& file) {
   const HeaderText text = split_header(file, read_beginning(file));
   const Header header = interpret(file, text);
   Nrrd& nrrd = *header.nrrd;
   const std::optional<SampleType> type = sample_type(nrrd.type);
   if (!type) fail(file, fmt::format("samples of type {} are no scalars", airEnumStr(nrrdType, nrrd.type)));
-  const glm::ivec3 size = size_of(file, nrrd);
-  const GridPlacement placement = placement_of(file, header);
+  NrrdFile result;
+  result.type = *type;
+  result.size = size_of(file, nrrd);
+  if (nrrd.dim == 4) result.components = nrrd.axis[0].size;
+  result.components_have_direction = nrrd.dim == 4 && header.state->seen[nrrdField_space_directions] != 0 &&
+                                     AIR_EXISTS(nrrd.axis[0].spaceDirection[0]);
+  result.placement = placement_of(file, header);
+  result.measurement_frame = frame_of(file, header);
   const NrrdData data = data_source(file, text, header);
-  const std::size_t count = std::size_t(size.x) * std::size_t(size.y) * std::size_t(size.z);
-  nrrd.data = read_nrrd_data(data, *type, count);  // freed by nrrdNuke
-  fix_byte_order(nrrd, *header.state);
-  try {
-    return Volume(std::shared_ptr<const void>(header.nrrd, nrrd.data), *type, size, placement);
-  } catch (const Error& error) {
-    throw Error(error.code(), fmt::format("\"{}\": {}", file.string(), error.what()));
-  }
+  const std::size_t nodes = std::size_t(result.size.x) * std::size_t(result.size.y) * std::size_t(result.size.z);
+  if (result.components > std::numeric_limits<std::size_t>::max() / 16 / nodes)
+    fail(file, fmt::format("{} values a sample are too many", result.components));
+  result.read = [data, type = *type, count = nodes * result.components, nrrd = header.nrrd,
+                 swaps = swaps_bytes(nrrd, *header.state)]() -> std::shared_ptr<const void> {
+    nrrd->data = read_nrrd_data(data, type, count);  // freed by nrrdNuke
+    if (swaps) nrrdSwapEndian(nrrd.get());
+    return {nrrd, nrrd->data};
+  };
+  return result;
 }
 
 }  // namespace smurf
