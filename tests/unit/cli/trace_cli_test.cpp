@@ -13,6 +13,7 @@
 
 #include "harness/command_line.hpp"
 #include "io/png.hpp"
+#include "io/vtk/vtk_files.hpp"
 
 namespace smurf {
 namespace {
@@ -162,7 +163,7 @@ TEST_P(TraceCliOnDevice, LinesEndForEveryReason) {
   EXPECT_EQ(ends(sink), (std::vector<std::string>{"stagnation", "stagnation", "stagnation"}));
   EXPECT_NEAR(sink.number(sink.rows.size() - 1, "z"), 0, 1e-3);
   // √x has no value left of x = 0.
-  write("root.json", field(R"j(["-1 + 0*sqrt(x)", "0", "0"])j"));
+  write("root.json", field(R"j(["-0.1 - sqrt(x)", "0", "0"])j"));
   write("one.csv", "x,y,z\n1,0,0\n");
   EXPECT_EQ(ends(traced("--time 9", "root.json", "one.csv")), std::vector<std::string>{"undefined"});
   const Csv two = traced("--time 3 --ends");
@@ -264,6 +265,63 @@ TEST_F(TraceCli, RefusesBadFields) {
   expect_refused(command("--time 1", "zero.json"), {"zero", "seeds"});
   write("void.json", field(R"j(["sqrt(-1 - x^2)", "0", "0"])j"));
   expect_refused(command("--time 1", "void.json"), {"no value"});
+}
+
+// 5 x 3 x 3 nodes at whole places, with the vector (1, 0, 0), and (`hole`) none at x = 3.
+std::string wind(int components, bool hole) {
+  std::string text =
+      fmt::format("NRRD0005\ntype: float\ndimension: 4\nsizes: {} 5 3 3\nencoding: ascii\n\n", components);
+  for (int node = 0; node < 5 * 3 * 3; node++)
+    for (int c = 0; c < components; c++) text += hole && node % 5 == 3 ? "nan " : c == 0 ? "1 " : "0 ";
+  return text;
+}
+
+TEST_F(TraceCli, Grids) {
+  write("wind.nrrd", wind(3, false));
+  write("hole.nrrd", wind(3, true));
+  write("pair.nrrd", wind(2, false));
+  write("start.csv", "x,y,z,dx,dy,dz\n0.5,1,1,0,1,0\n");
+  const auto grid = [&](const std::string& members) {
+    write("grid.json", R"j({"kind": "grid", "file": )j" + members + "}");
+    return command("--time 9", "grid.json", "start.csv");
+  };
+  ASSERT_EQ(run(grid(R"j("wind.nrrd")j")).code, 0);
+  const Csv through(file("lines.csv"));
+  EXPECT_EQ(ends(through), std::vector<std::string>{"domain"});
+  EXPECT_NEAR(through.number(through.rows.size() - 1, "x"), 4, tolerance);
+  // Cells with a node that has no vector have no field: the line ends at their border, x = 2.
+  ASSERT_EQ(run(grid(R"j("hole.nrrd")j")).code, 0);
+  const Csv ended(file("lines.csv"));
+  EXPECT_EQ(ends(ended), std::vector<std::string>{"undefined"});
+  EXPECT_NEAR(ended.number(ended.rows.size() - 1, "x"), 2, tolerance);
+
+  std::filesystem::remove(file("lines.csv"));
+  expect_refused(grid(R"j("pair.nrrd")j"), {"grid.json", "pair.nrrd", "2 components"});
+  expect_refused(grid(R"j("missing.nrrd")j"), {"grid.json", "missing.nrrd"});
+  expect_refused(grid(R"j("wind.nrrd", "array": "wind")j"), {"grid.json", "array \"wind\""});
+  expect_refused(grid(R"j("wind.nrrd")j") + " --variation 2", {"trilinear", "tricubic"});
+  write("grid.json", R"j({"kind": "grid", "file": "wind.nrrd", "reconstruction": "tricubic"})j");
+  EXPECT_EQ(run(command("--time 1 --variation 2", "grid.json", "start.csv")).code, 0);
+  if (!built_with_vtk()) GTEST_SKIP() << "built without VTK: arrays of its files are not read";
+  std::filesystem::remove(file("lines.csv"));
+  expect_refused(grid(R"j(")j" SMURF_SOURCE_DIR R"j(/host/data/carotid.vtk", "array": "wind")j"),
+                 {"grid.json", "carotid.vtk", "wind", "vectors"});
+}
+
+// The bundled flow about a cylinder: PLOT3D, curvilinear, blocks and blanking found from the size of the file.
+TEST_F(TraceCli, BundledCurvilinearGrid) {
+  write("upstream.json", R"j({"points": [[-3, -0.5, 0], [-3, 0.5, 0]], "count": 5})j");
+  const std::string field = "'" SMURF_SOURCE_DIR "/host/data/cylinder-flow.json'";
+  const Outcome info = run("info " + field + " --device reference");
+  ASSERT_EQ(info.code, 0) << info.err;
+  EXPECT_NE(info.out.find("curvilinear"), std::string::npos) << info.out;
+  EXPECT_NE(info.out.find("65x33x9"), std::string::npos) << info.out;
+  const Outcome outcome = run("trace " + field + " --seeds " + in("upstream.json") +
+                              " --time 4 --ends --device reference -o " + in("lines.csv"));
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const Csv lines(file("lines.csv"));
+  ASSERT_EQ(lines.rows.size(), 10u);
+  for (std::size_t row = 1; row < 10; row += 2) EXPECT_GT(lines.number(row, "x"), lines.number(row - 1, "x")) << row;
 }
 
 TEST_F(TraceCli, RefusesBadSeeds) {
