@@ -122,7 +122,7 @@ double worst_error(int x, int y, int z, int axis, bool periodic) {
   Vectors after = before;
   const int lines = x * y * z / before.size[axis];
   for (int item = 0; item < 3 * lines + 2; item++)  // with items beyond the last, as in a group that is not full
-    prefilter::vector_prefilter_lines(after.words.data(), item, x, y, z, axis, periodic ? 1 : 0);
+    prefilter::vector_prefilter_item(after.words.data(), item, x, y, z, axis, periodic ? 1 : 0);
   double worst = 0;
   for (int a = 0; a < before.size[(axis + 1) % 3]; a++) {
     for (int b = 0; b < before.size[(axis + 2) % 3]; b++) {
@@ -160,7 +160,7 @@ TEST(VectorPrefilter, TheMarginGoesOnAsTheEndsDo) {
     const Vectors from = random_vectors(4, 5, 6, unsigned(periodic));
     Vectors to{{6, 7, 8}, std::vector<std::uint32_t>(4 * 6 * 7 * 8, 0)};
     for (int item = 0; item < 6 * 7 * 8 + 3; item++)
-      pad::vector_pad_nodes(const_cast<std::uint32_t*>(from.words.data()), to.words.data(), item, 4, 5, 6, periodic);
+      pad::vector_pad_node(const_cast<std::uint32_t*>(from.words.data()), to.words.data(), item, 4, 5, 6, periodic);
     const auto pad_of = [&](int component, int i, int j, int k, auto&& self) -> double {
       const int index[3] = {i, j, k};
       for (int axis = 0; axis < 3; axis++) {
