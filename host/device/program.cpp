@@ -236,7 +236,7 @@ std::string assemble(const Program& program, Language language, int lanes, int w
   const bool glsl = language == Language::glsl;
   const bool in_lanes = !glsl && spec.shape == KernelShape::lanes;
   const std::string prelude = glsl ? "shaders/prelude.glsl" : "kernels/prelude.cl";
-  const std::string entry = fmt::format("kernels/{}.cl", spec.name);
+  const std::string entry = fmt::format("kernels/entries/{}.cl", spec.name);
   const Bindings bindings = bindings_of(program);
 
   Assembler assembler(program);

@@ -3,7 +3,7 @@
 // The source module "surface" defines, as kernels/grid/surface.inc does,
 //   Surface, and surface_open(SurfaceBuffers), whose members are the buffers by their names;
 //   surface_find_hits (kernels/batch/find_hits.inc) and surface_frame (kernels/batch/measure.inc);
-//   of kinds with coordinates surface_nearest_to (kernels/find_nearest.cl);
+//   of kinds with coordinates surface_nearest_to (kernels/entries/find_nearest.cl);
 //   of kinds that leave rays open surface_finish_hits (kernels/batch/finish_hits.inc).
 #pragma once
 

@@ -10,7 +10,7 @@
 #include "harness/devices.hpp"
 #include "harness/kernel_cover.hpp"
 #include "smurf/flow.hpp"
-#include "truth/flows.hpp"
+#include "truth/flow/flows.hpp"
 
 namespace smurf::test {
 

@@ -16,7 +16,7 @@
 #include "harness/shared_data.hpp"
 #include "numerics/parallel.hpp"
 #include "smurf/flow.hpp"
-#include "truth/curvilinear.hpp"
+#include "truth/flow/curvilinear.hpp"
 
 namespace smurf::test {
 

@@ -88,7 +88,7 @@ TEST(KernelSpecs, FindTheAddressesOfManyBuffersInATable) {
 
 TEST(KernelSpecs, HaveAFile) {
   for (const KernelSpec& spec : kernel_specs()) {
-    EXPECT_TRUE(embeds("kernels/" + std::string(spec.name) + ".cl")) << spec.name;
+    EXPECT_TRUE(embeds("kernels/entries/" + std::string(spec.name) + ".cl")) << spec.name;
   }
 }
 

@@ -7,7 +7,7 @@
 #include "flows/definition.hpp"
 #include "harness/refusal.hpp"
 #include "harness/shared_data.hpp"
-#include "truth/curvilinear.hpp"
+#include "truth/flow/curvilinear.hpp"
 
 namespace smurf::test {
 namespace {

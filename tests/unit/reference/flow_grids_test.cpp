@@ -13,7 +13,7 @@
 #include "reference/flow/flow.hpp"
 #include "reference/flow/line.hpp"
 #include "reference/flow/variation.hpp"
-#include "truth/flows.hpp"
+#include "truth/flow/flows.hpp"
 
 namespace smurf::test {
 namespace {

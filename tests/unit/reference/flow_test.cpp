@@ -16,7 +16,7 @@
 #include "reference/flow/extrapolation.hpp"
 #include "reference/flow/line.hpp"
 #include "reference/flow/variation.hpp"
-#include "truth/flows.hpp"
+#include "truth/flow/flows.hpp"
 
 namespace smurf::test {
 namespace {

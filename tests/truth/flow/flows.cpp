@@ -1,4 +1,4 @@
-#include "truth/flows.hpp"
+#include "truth/flow/flows.hpp"
 
 #include <fmt/format.h>
 

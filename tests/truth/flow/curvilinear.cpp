@@ -1,4 +1,4 @@
-#include "truth/curvilinear.hpp"
+#include "truth/flow/curvilinear.hpp"
 
 #include <algorithm>
 #include <bit>
