@@ -69,15 +69,12 @@ class CurvilinearReference final : public ReferenceFlow {
       for (std::int32_t i = 0; i < block.cells(); i++) {
         const ivec3 cell = block.cell_of(i);
         BoxTree::Box box;
-        if (tricubic_) {
-          block.places.box(cell, box.lower, box.upper);
-        } else {
-          const std::array<dvec3, 8> corners = block.corners(block.points, cell);
-          box.lower = box.upper = corners[0];
-          for (const dvec3& corner : corners) {
-            box.lower = glm::min(box.lower, corner);
-            box.upper = glm::max(box.upper, corner);
-          }
+        const std::array<dvec3, 8> corners = block.corners(block.points, cell);
+        box.lower = box.upper = corners[0];
+        if (tricubic_) block.places.box(cell, box.lower, box.upper);
+        for (const dvec3& corner : corners) {
+          box.lower = glm::min(box.lower, corner);
+          box.upper = glm::max(box.upper, corner);
         }
         boxes.push_back(box);
         sizes_.push_back(size_of(block, cell));
@@ -95,10 +92,11 @@ class CurvilinearReference final : public ReferenceFlow {
     ReferencePlace blanked;
     if (!is_finite(point)) return blanked;
     tree_.find(point, std::max(slack, 1e-14 * greatest(bounds_.upper - bounds_.lower)), candidates);
+    if (tricubic_ && blocks_.size() > 1) prefer_block_of_cells(point, candidates);
     for (int pass = 0; pass < (slack > 0 ? 2 : 1); pass++) {
       for (const std::int32_t number : candidates) {
         dvec3 local;
-        if (!holds(number, point, pass == 0 ? 0 : slack, local)) continue;
+        if (!holds(number, point, pass == 0 ? 0 : slack, tricubic_, local)) continue;
         const Block& block = block_with(number);
         const ivec3 cell = block.cell_of(number - block.first);
         ReferencePlace place{FlowStatus::inside, number, local};
@@ -118,7 +116,7 @@ class CurvilinearReference final : public ReferenceFlow {
   bool locate(std::int32_t piece, const dvec3& point, dvec3& local) const override {
     const Block& block = block_with(piece);
     const ivec3 cell = block.cell_of(piece - block.first);
-    const Cell geometry = cell_at(block, cell);
+    const Cell geometry = cell_at(block, cell, tricubic_);
     // The guess may be of a place far off, or meaningless.
     if (!is_finite(local) || greatest(local - 0.5) > farthest) local = dvec3(0.5);
     dvec3 start = local;
@@ -154,8 +152,19 @@ class CurvilinearReference final : public ReferenceFlow {
     }
   };
 
-  Cell cell_at(const Block& block, const ivec3& cell) const {
-    return {tricubic_ ? &block.places : nullptr, cell, block.corners(block.points, cell)};
+  static Cell cell_at(const Block& block, const ivec3& cell, bool spline) {
+    return {spline ? &block.places : nullptr, cell, block.corners(block.points, cell)};
+  }
+
+  // Splines of blocks that touch reach into each other's cells. A point belongs to the first block whose trilinear cells
+  // contain it, if the spline of that block does so too; its cells are put first.
+  void prefer_block_of_cells(const dvec3& point, std::vector<std::int32_t>& candidates) const {
+    dvec3 local;
+    const auto first =
+        std::ranges::find_if(candidates, [&](std::int32_t number) { return holds(number, point, 0, false, local); });
+    if (first == candidates.end()) return;
+    const Block* preferred = &block_with(*first);
+    std::ranges::stable_partition(candidates, [&](std::int32_t number) { return &block_with(number) == preferred; });
   }
 
   Block block_of(const CurvilinearBlock& given, std::int32_t first) const {
@@ -235,10 +244,10 @@ class CurvilinearReference final : public ReferenceFlow {
     return true;
   }
 
-  // Whether a cell contains the point, or comes as near to it as `slack`.
-  bool holds(std::int32_t number, const dvec3& point, double slack, dvec3& local) const {
+  // Whether a cell, the trilinear one or that of the spline, contains the point, or comes as near to it as `slack`.
+  bool holds(std::int32_t number, const dvec3& point, double slack, bool spline, dvec3& local) const {
     const Block& block = block_with(number);
-    const Cell cell = cell_at(block, block.cell_of(number - block.first));
+    const Cell cell = cell_at(block, block.cell_of(number - block.first), spline);
     const dvec3 guess = tetrahedral(cell.corners, point);
     const auto accepts = [&](const dvec3& start) {
       local = start;

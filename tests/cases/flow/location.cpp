@@ -29,9 +29,6 @@ namespace {
 constexpr double rounding = 0x1p-23;
 constexpr double accepted = 2 * rounding;
 
-// llvmpipe takes minutes to compile an integrator over these fields, whose search stands in each of its stages.
-bool traces(const TestDevice& device) { return device.lanes > 0 && !device.name.starts_with("vulkan"); }
-
 // Found on a grid of any form, for all points, and how many were so near to a face that either cell was right.
 struct Score {
   std::size_t inside = 0, near_faces = 0, wrong = 0, between = 0;
@@ -304,14 +301,13 @@ void check_against_reference(const std::vector<CurvilinearBlock>& blocks, Vector
       const auto off = [](const glm::vec3& a, const glm::vec3& b) {
         return glm::length(glm::dvec3(a) - glm::dvec3(b));
       };
-      // At a face, where trilinear derivatives jump; and where a block's spline bulges into the cells of a later one,
-      // which devices give to the cells.
+      compared++;
+      worst[0] = std::max(worst[0], off(samples.value[i], truth.value[i]) / noise);
+      // At a face, where trilinear derivatives jump.
       if (samples.cell[i] != truth.cell[i]) {
         other_cells++;
         continue;
       }
-      compared++;
-      worst[0] = std::max(worst[0], off(samples.value[i], truth.value[i]) / noise);
       for (int column = 0; column < 3; column++)
         worst[1] = std::max(worst[1], off(samples.jacobian[i][column], truth.jacobian[i][column]) * shortest / noise);
       if (derivatives < 2) continue;
@@ -322,7 +318,7 @@ void check_against_reference(const std::vector<CurvilinearBlock>& blocks, Vector
     std::printf("%s on %s: %zu compared, vectors %.2f, derivatives %.2f, second derivatives %.2f of rounding\n",
                 name.c_str(), device.label.c_str(), compared, worst[0], worst[1], worst[2]);
     EXPECT_EQ(other_status, 0u) << name << " on " << device.label;
-    EXPECT_LE(other_cells, points.size() / 200) << name << " on " << device.label;
+    EXPECT_LE(other_cells, points.size() / 500) << name << " on " << device.label;
     EXPECT_GT(compared, points.size() / 2) << name << " on " << device.label;
     // Sums of 8 and 64 products, and the inverse of a Jacobian of edges that stand askew.
     EXPECT_LE(worst[0], 4) << name << " on " << device.label;
@@ -442,7 +438,6 @@ TEST(Location, OverlappingBlocks) {
     EXPECT_EQ(samples.cell, (std::vector<std::int32_t>{0, 1, 8 + 1})) << device.label;
     EXPECT_EQ(samples.value[1].x, 1) << device.label;
     EXPECT_EQ(samples.value[2].x, 2) << device.label;
-    if (!traces(device)) continue;
     // From 0.5 at speed 1 to 2, and on at speed 2 to the end at 3.
     const Streamlines lines = tracer.trace({.positions = {{0.5, 0.5, 0.5}}}, {.time = 10});
     EXPECT_EQ(lines.end[0], FlowStatus::domain) << device.label;
@@ -459,7 +454,6 @@ TEST(Location, LinesCrossSeams) {
   FlowSeeds seeds;
   for (int i = 0; i < 40; i++) seeds.positions.emplace_back(0.6 + 0.03 * i, 0.1, 0.01 + 0.024 * i);
   for (const TestDevice& device : test_devices()) {
-    if (!traces(device)) continue;
     const Streamlines lines =
         Tracer(device.device, field).trace(seeds, {.time = 4 * std::numbers::pi, .tolerance = 1e-6});
     ASSERT_EQ(lines.size(), seeds.positions.size());
