@@ -138,9 +138,9 @@ class Builder {
             const std::vector<std::uint32_t>& listed, int depth) {
     for (std::size_t voxel = 0; voxel + 1 < begins.size(); voxel++) {
       const std::span<const std::uint32_t> cells(listed.data() + begins[voxel], begins[voxel + 1] - begins[voxel]);
-      const glm::dvec3 at(double(voxel % std::size_t(table.size.x)),
-                          double(voxel / std::size_t(table.size.x) % std::size_t(table.size.y)),
-                          double(voxel / (std::size_t(table.size.x) * std::size_t(table.size.y))));
+      const auto width = std::size_t(table.size.x), height = std::size_t(table.size.y);
+      const std::size_t row = voxel / width, slice = row / height;
+      const glm::dvec3 at(double(voxel % width), double(row % height), double(slice));
       const glm::vec3 lower(glm::dvec3(table.lower) + at / glm::dvec3(table.counts));
       const glm::vec3 upper(glm::dvec3(table.lower) + (at + 1.0) / glm::dvec3(table.counts));
       const std::size_t words = CURVILINEAR_VOXEL_WORDS * (first + voxel);
