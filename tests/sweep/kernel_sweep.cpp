@@ -3,7 +3,7 @@
 // implementation.
 //
 //   kernel-sweep DEVICE LANES [WHAT ...]     grids by sample type, as in "uint8"; "mesh", "black-box", "parametric",
-//                                            "nurbs"; all when none is given
+//                                            "nurbs", "flow"; all when none is given
 //
 // Exit codes: 0 all agree, 1 a difference or an error, 3 there is no such device.
 #include <fmt/format.h>
@@ -20,6 +20,7 @@
 #include "harness/tolerances.hpp"
 #include "smurf/black_box.hpp"
 #include "smurf/error.hpp"
+#include "smurf/flow.hpp"
 #include "smurf/interrogator.hpp"
 #include "truth/analytic.hpp"
 #include "truth/meshes.hpp"
@@ -162,6 +163,41 @@ class Sweep {
     std::printf("%-22s %zu hits\n", what_.c_str(), hits.size());
   }
 
+  // Samples, and lines by both integrators with their variation, of a field and of a reconstruction of it.
+  void run_flow(const char* what, const VectorField& field, int variation) {
+    what_ = what;
+    const Tracer query(device_, field), truth(reference_, field);
+    const Bounds bounds = field.bounds();
+    std::vector<glm::vec3> points;
+    FlowSeeds seeds;
+    for (int i = 0; i < 37; i++) {
+      const glm::dvec3 part(0.2 + 0.6 * i / 36, 0.5 + 0.3 * std::sin(i), 0.5 + 0.3 * std::cos(2 * i));
+      seeds.positions.push_back(glm::mix(bounds.lower, bounds.upper, part));
+      seeds.tangents.emplace_back(1, 0, 0);
+      points.emplace_back(seeds.positions.back());
+    }
+    points.emplace_back(bounds.upper + 1.0);
+    const FlowSamples a = query.sample(points, variation), b = truth.sample(points, variation);
+    expect(a.status == b.status, "status of samples");
+    expect_close("vectors", difference(flat(a.value), flat(b.value)), tolerance(Quantity::value, kind));
+    for (const Integrator integrator : {Integrator::rk4, Integrator::dormand_prince}) {
+      const TraceOptions options{.time = 0.5,
+                                 .both = true,
+                                 .integrator = integrator,
+                                 .step = 0.02,
+                                 .tolerance = 1e-6,
+                                 .interval = 0.1,
+                                 .variation = variation};
+      const Streamlines lines = query.trace(seeds, options), expected = truth.trace(seeds, options);
+      expect(std::ranges::equal(lines.offsets, expected.offsets), "numbers of positions");
+      expect(lines.end == expected.end, "ends of lines");
+      if (lines.positions.size() == expected.positions.size())
+        expect_close("positions", difference(flat(lines.positions), flat(expected.positions)),
+                     2e-5);  // steps of 1e-6, that lines grow apart
+    }
+    std::printf("%-22s %zu lines\n", what_.c_str(), seeds.positions.size());
+  }
+
   int failures() const { return failures_; }
   const DeviceInfo& info() const { return device_.info(); }
 
@@ -175,10 +211,13 @@ class Sweep {
     std::fprintf(stderr, "%s: wrong: %s\n", what_.c_str(), what);
   }
   void expect_close(const char* quantity, double error, const Tolerance& allowed) {
-    if (error <= allowed.value) return;
+    expect_close(quantity, error, allowed.value);
+  }
+  void expect_close(const char* quantity, double error, double allowed) {
+    if (error <= allowed) return;
     failures_++;
     std::fprintf(stderr, "%s: %s differs from the reference by %g, allowed %g\n", what_.c_str(), quantity, error,
-                 allowed.value);
+                 allowed);
   }
   // As many hits of each ray as the reference has, in the same places. Says whether there are as many.
   bool expect_hits(const HitList& hits, const HitList& expected, const RayBatch& rays,
@@ -238,6 +277,26 @@ int main(int count, char** words) {
     if (wanted("nurbs")) {
       const std::vector<Patch> patches{nurbs_sphere(1)};
       sweep.run_parametric("nurbs", nurbs(patches), sources_of(patches));
+    }
+    if (wanted("flow")) {
+      const glm::dvec3 size(1.5);
+      sweep.run_flow("flow, expression", expression_flow({"-y", "x + 0.2*z", "0.3*cos(x)"}, {-size, size}), 2);
+      const auto node = [](const glm::dvec3& p) { return glm::vec3(-p.y, p.x + 0.2 * p.z, 0.3 - 0.1 * p.x); };
+      VectorGrid grid{glm::ivec3(5, 4, 6), {}, {}};
+      CurvilinearBlock block{grid.size, {}, {}, {}};
+      for (int k = 0; k < 6; k++)
+        for (int j = 0; j < 4; j++)
+          for (int i = 0; i < 5; i++) {
+            const glm::dvec3 p(i - 2, j - 1.5, k - 2.5);
+            grid.vectors.push_back(node(p));
+            block.points.push_back(p + 0.1 * glm::dvec3(std::sin(p.y), std::sin(p.z), std::sin(p.x)));
+            block.vectors.push_back(node(block.points.back()));
+          }
+      grid.placement.origin = glm::dvec3(-2, -1.5, -2.5);
+      sweep.run_flow("flow, grid", grid_flow(grid), 1);
+      sweep.run_flow("flow, tricubic grid", grid_flow(grid, VectorReconstruction::tricubic), 2);
+      sweep.run_flow("flow, curvilinear", curvilinear_flow({block}), 1);
+      sweep.run_flow("flow, tricubic", curvilinear_flow({block}, VectorReconstruction::tricubic), 2);
     }
     if (wanted("black-box")) sweep.run_black_box(implicit(box, domain));
     return sweep.failures() == 0 ? 0 : 1;
