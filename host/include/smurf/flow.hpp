@@ -137,8 +137,9 @@ struct TraceOptions {
   std::function<void(std::size_t done, std::size_t total)> progress = {};  // lines; on the calling thread
 };
 
-// Lines in compressed rows: those of line i are offsets[i] .. offsets[i + 1] - 1, in order of time. A seed that lies
-// outside of the domain has one row, its own position, that says why.
+// Lines in compressed rows: those of line i are offsets[i] .. offsets[i + 1] - 1, from the seed on, so that times of
+// lines traced back descend; of lines traced both ways in order of time. A seed that lies outside of the domain has one
+// row, its own position; `end` says why.
 struct Streamlines {
   Values<std::uint64_t> offsets;
   Values<glm::vec3> positions;
