@@ -102,8 +102,11 @@ void require_motion(const FlowSeeds& seeds, const Streamlines& lines, const Boun
     inside += lines.end[i] == FlowStatus::stagnation;
   }
   if (inside > 0)
-    refuse(fmt::format("the field is zero at {} of {} seeds, and the others lie outside of it; nothing moves there",
-                       inside, seeds.positions.size()));
+    refuse(
+        inside == lines.size()
+            ? fmt::format("the field is zero at all {} seeds; nothing moves there", inside)
+            : fmt::format("the field is zero at {} of {} seeds, and the others lie outside of it; nothing moves there",
+                          inside, lines.size()));
   const glm::dvec3 &a = bounds.lower, &b = bounds.upper, &p = seeds.positions.front();
   const FlowStatus why = lines.end.front();
   refuse(

@@ -3,7 +3,10 @@
 #include "flow/trace.inc"
 
 KERNEL(trace_lines) {
-  Flow flow = flow_open(flow_buffers());
-  trace_lines_of(flow, options, list, lines, points, counts, lane_items(work_item()), count, stride, room, turns,
-                 begin);
+  integer items = lane_items(work_item());
+  // Items beyond the list stay away from the last line, which its own item is writing.
+  if (any_lane(items < count)) {
+    Flow flow = flow_open(flow_buffers());
+    trace_lines_of(flow, options, list, lines, points, counts, items, count, stride, room, turns, begin);
+  }
 }
