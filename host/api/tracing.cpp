@@ -1,8 +1,8 @@
 // Streamlines and samples of a vector field on an executor.
 //
 // Lines are traced in rounds: in each, every line that goes on takes up to some number of steps, and keeps up to some
-// number of positions (kernels/flow/trace.inc). Between rounds, lines that have ended leave the list, so that lanes stay
-// full. What a line is does not depend on how it is cut into rounds, to the bit.
+// number of positions (kernels/flow/trace.inc). Between rounds, lines that have ended leave the list, so that lanes
+// stay full. What a line is does not depend on how it is cut into rounds, to the bit.
 //
 // Device memory: 132 bytes a line, and the positions of one round, for `lines_in_tile` lines at most.
 #include <fmt/format.h>

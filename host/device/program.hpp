@@ -1,7 +1,7 @@
 // Programs: device source assembled at run time from embedded parts, and the cache of what was compiled.
 //
-// A program is: prelude of the language, what the kernel takes, then the kernel's file (kernels/entries/<name>.cl), in which
-// every line
+// A program is: prelude of the language, what the kernel takes, then the kernel's file (kernels/entries/<name>.cl), in
+// which every line
 //   #include "name"
 // is replaced by the text of that part, once. A part is looked up first among the program's modules (which is how a
 // surface kind is linked into a generic kernel: `#include "surface"`), then among the embedded files, by its path from

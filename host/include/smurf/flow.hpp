@@ -91,8 +91,9 @@ struct FlowSource {
 };
 VectorField source_flow(const FlowSource& source, const Domain& domain);
 
-// A field's description (JSON: {"kind": "expression" | "grid" | "rectilinear" | "curvilinear" | "source", ...}), that of
-// a stream surface, whose field is taken, or a file of vectors. Throws Error (input) that names the file and the member.
+// A field's description (JSON: {"kind": "expression" | "grid" | "rectilinear" | "curvilinear" | "source", ...}), that
+// of a stream surface, whose field is taken, or a file of vectors. Throws Error (input) that names the file and the
+// member.
 VectorField load_vector_field(const std::filesystem::path& description);
 // Whether a file is meant for load_vector_field rather than for load_surface, from its ending and "kind".
 bool is_vector_field(const std::filesystem::path& description);

@@ -8,7 +8,8 @@
 namespace smurf {
 
 // Why a line ends, at the row where it does, else `inside`. That is the row farthest from the seed in time, the first
-// in order of t where the line was traced back. Lines traced both ways also say at their first row why they begin there.
+// in order of t where the line was traced back. Lines traced both ways also say at their first row why they begin
+// there.
 FlowStatus row_status(const Streamlines& lines, std::size_t line, std::size_t row);
 
 // CSV: line,t,status,x,y,z, then ux,uy,uz and uux,uuy,uuz where the lines have them, in order of line and t. Numbers

@@ -156,8 +156,8 @@ class CurvilinearReference final : public ReferenceFlow {
     return {spline ? &block.places : nullptr, cell, block.corners(block.points, cell)};
   }
 
-  // Splines of blocks that touch reach into each other's cells. A point belongs to the first block whose trilinear cells
-  // contain it, if the spline of that block does so too; its cells are put first.
+  // Splines of blocks that touch reach into each other's cells. A point belongs to the first block whose trilinear
+  // cells contain it, if the spline of that block does so too; its cells are put first.
   void prefer_block_of_cells(const dvec3& point, std::vector<std::int32_t>& candidates) const {
     dvec3 local;
     const auto first =

@@ -1,5 +1,5 @@
-// Lines through measured and simulated data beside those of VTK's vtkStreamTracer, on the same vectors and from the same
-// seeds: another opinion on fields of which nobody knows the lines.
+// Lines through measured and simulated data beside those of VTK's vtkStreamTracer, on the same vectors and from the
+// same seeds: another opinion on fields of which nobody knows the lines.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -125,7 +125,8 @@ TEST_P(FlowBesideVtk, TheSameLines) {
         Tracer(device.device, field)
             .trace({.positions = seeds}, {.time = 2000 * interval, .tolerance = 1e-7 * extent, .interval = interval});
     const std::vector<double> distances = apart(theirs, ours, extent);
-    // Some 100 steps of both err by 1e-7 of the extent each, and lines part; chords are off by 1e-5 where they bend most.
+    // Some 100 steps of both err by 1e-7 of the extent each, and lines part; chords are off by 1e-5 where they bend
+    // most.
     EXPECT_LT(distances[distances.size() / 2], 3e-6) << device.label;
     EXPECT_LT(distances.back(), 3e-5) << device.label;
     EXPECT_GT(ours.steps, seeds.size() * 10) << device.label;
