@@ -10,6 +10,7 @@
 #include <numbers>
 #include <vector>
 
+#include "fields/placement.hpp"
 #include "smurf/error.hpp"
 #include "smurf/values.hpp"
 
@@ -55,21 +56,6 @@ void check_size(const glm::ivec3& size) {
   if (count > double(greatest_count))
     fail(fmt::format("{} x {} x {} are {:.0f} samples; at most {} (2^31-1) are possible", size.x, size.y, size.z, count,
                      greatest_count));
-}
-
-void check_placement(const GridPlacement& placement) {
-  const glm::dmat3& axes = placement.axes;
-  glm::dmat3 unit;
-  for (int a = 0; a < 3; a++) {
-    const double greatest = std::max({std::abs(axes[a].x), std::abs(axes[a].y), std::abs(axes[a].z)});
-    if (!std::isfinite(axes[a].x + axes[a].y + axes[a].z))
-      fail(fmt::format("axis {} is ({}, {}, {}); it must be finite", a, axes[a].x, axes[a].y, axes[a].z));
-    if (greatest == 0) fail(fmt::format("the step along axis {} is zero", a));
-    unit[a] = glm::normalize(axes[a] / greatest);  // divided first, so that no square over- or underflows
-  }
-  const glm::dvec3& o = placement.origin;
-  if (!std::isfinite(o.x + o.y + o.z)) fail(fmt::format("the origin ({}, {}, {}) is not finite", o.x, o.y, o.z));
-  if (std::abs(glm::determinant(unit)) < 1e-10) fail("the axes are singular: they lie in one plane");
 }
 
 }  // namespace
@@ -120,7 +106,7 @@ Volume::Volume(std::shared_ptr<const void> samples, SampleType type, glm::ivec3 
       placement_(placement),
       statistics_(std::make_shared<Statistics>()) {
   check_size(size_);
-  check_placement(placement_);
+  require_placement(placement_, "volume");
   size_of(type_);  // throws on an enumerator that does not exist
   if (samples_ == nullptr) fail("no samples were given");
 }

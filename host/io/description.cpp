@@ -121,6 +121,27 @@ glm::dvec3 three_numbers(const json& value, const std::string& path) {
   return corner;
 }
 
+std::array<std::string, 3> three_expressions(const json& object, std::string_view path, std::string_view name,
+                                             std::string_view variables) {
+  const std::string full = join(path, name);
+  const json& value = member(object, path, name);
+  if (!value.is_array() || value.size() != 3)
+    throw_input(fmt::format("member \"{}\" must be three expressions in {}, of x, y and z, not {}", full, variables,
+                            shown(value)));
+  std::array<std::string, 3> texts;
+  for (std::size_t k = 0; k < 3; k++) {
+    if (value[k].is_number()) {
+      texts[k] = fmt::format("{}", value[k].get<double>());
+    } else if (value[k].is_string() && !value[k].get_ref<const std::string&>().empty()) {
+      texts[k] = value[k].get<std::string>();
+    } else {
+      throw_input(
+          fmt::format("member \"{}[{}]\" must be an expression in {}, not {}", full, k, variables, shown(value[k])));
+    }
+  }
+  return texts;
+}
+
 std::optional<Domain> domain(const json& object, std::string_view path) {
   Domain found;
   const bool box = object.contains("domain"), ball = object.contains("radius");

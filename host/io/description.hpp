@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <filesystem>
 #include <initializer_list>
 #include <map>
@@ -37,6 +38,9 @@ glm::dvec2 range(const nlohmann::json& object, std::string_view path, std::strin
                  const Parameters& parameters = {});
 // Three numbers, that stand at `path`.
 glm::dvec3 three_numbers(const nlohmann::json& value, const std::string& path);
+// Three expressions in `variables`, as texts; a constant may be written as a number.
+std::array<std::string, 3> three_expressions(const nlohmann::json& object, std::string_view path, std::string_view name,
+                                             std::string_view variables);
 // "domain": [[x, y, z], [x, y, z]], or "radius": of a ball about the origin, or both.
 std::optional<Domain> domain(const nlohmann::json& object, std::string_view path);
 Domain required_domain(const nlohmann::json& object, std::string_view path);

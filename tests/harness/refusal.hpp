@@ -23,4 +23,11 @@ std::string refusal(ErrorCode code, Action&& action) {
   return "";
 }
 
+// Expects an Error (input) whose message has `part` in it.
+#define EXPECT_REFUSED(action, part)                                                            \
+  do {                                                                                          \
+    const std::string message = smurf::test::refusal(smurf::ErrorCode::input, [&] { action; }); \
+    EXPECT_NE(message.find(part), std::string::npos) << "the message was: " << message;         \
+  } while (false)
+
 }  // namespace smurf::test

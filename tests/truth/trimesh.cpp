@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "harness/shared_data.hpp"
+#include "harness/files/shared_data.hpp"
 
 namespace smurf::test {
 

@@ -53,23 +53,7 @@ VectorField expression_flow(const std::array<std::string, 3>& vector, const Doma
 std::shared_ptr<const VectorFieldDefinition> read_expression_flow(const nlohmann::json& field, std::string_view path,
                                                                   const std::filesystem::path&) {
   description::only_members(field, path, {"kind", "vector", "domain", "radius", "parameters"});
-  const std::string name = description::join(path, "vector");
-  const nlohmann::json& value = description::member(field, path, "vector");
-  if (!value.is_array() || value.size() != 3)
-    throw Error(ErrorCode::input, fmt::format("member \"{}\" must be three expressions in x, y and z, not {}", name,
-                                              description::shown(value)));
-  std::array<std::string, 3> vector;
-  for (std::size_t c = 0; c < 3; c++) {
-    // A constant may be written as a number.
-    if (value[c].is_number()) {
-      vector[c] = fmt::format("{}", value[c].get<double>());
-    } else if (value[c].is_string() && !value[c].get_ref<const std::string&>().empty()) {
-      vector[c] = value[c].get<std::string>();
-    } else {
-      throw Error(ErrorCode::input, fmt::format("member \"{}[{}]\" must be an expression in x, y and z, not {}", name,
-                                                c, description::shown(value[c])));
-    }
-  }
+  const std::array<std::string, 3> vector = description::three_expressions(field, path, "vector", "x, y and z");
   const Domain domain = description::required_domain(field, path);
   const Parameters parameters = description::parameters(field, path);
   return description::named(path, "vector", [&] { return expression_flow(vector, domain, parameters).share(); });

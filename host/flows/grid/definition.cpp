@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "fields/placement.hpp"
 #include "flows/grid/vectors.hpp"
 #include "smurf/error.hpp"
 
@@ -22,22 +23,6 @@ void check_size(const VectorGrid& grid) {
   if (count != double(grid.vectors.size()))
     fail(fmt::format("{} x {} x {} are {:.0f} nodes, but there are {} vectors; there must be as many", size.x, size.y,
                      size.z, count, grid.vectors.size()));
-}
-
-void check_placement(const GridPlacement& placement) {
-  const glm::dmat3& axes = placement.axes;
-  glm::dmat3 unit;
-  for (int a = 0; a < 3; a++) {
-    const double greatest = std::max({std::abs(axes[a].x), std::abs(axes[a].y), std::abs(axes[a].z)});
-    if (!std::isfinite(axes[a].x + axes[a].y + axes[a].z))
-      fail(fmt::format("axis {} is ({}, {}, {}); it must be finite", a, axes[a].x, axes[a].y, axes[a].z));
-    if (greatest == 0) fail(fmt::format("the step along axis {} is zero; it must have a length", a));
-    unit[a] = glm::normalize(axes[a] / greatest);  // divided first, so that no square over- or underflows
-  }
-  const glm::dvec3& o = placement.origin;
-  if (!std::isfinite(o.x + o.y + o.z))
-    fail(fmt::format("the origin ({}, {}, {}) is not finite; it must be", o.x, o.y, o.z));
-  if (std::abs(glm::determinant(unit)) < 1e-10) fail("the axes lie in one plane; they must span space");
 }
 
 }  // namespace
@@ -83,7 +68,7 @@ std::vector<Fact> GridFlow::facts() const {
 
 VectorField grid_flow(VectorGrid grid, VectorReconstruction reconstruction) {
   check_size(grid);
-  check_placement(grid.placement);
+  require_placement(grid.placement, "vectors on a grid");
   return VectorField(std::make_shared<const GridFlow>(std::move(grid), reconstruction));
 }
 

@@ -32,25 +32,6 @@ std::vector<glm::dvec3> read_points_member(const json& object, std::string_view 
   return points;
 }
 
-std::array<std::string, 3> read_position(const json& object, std::string_view path) {
-  const std::string name = description::join(path, "position");
-  const json& value = description::member(object, path, "position");
-  if (!value.is_array() || value.size() != 3)
-    fail(fmt::format("member \"{}\" must be three expressions in u, of x, y and z, not {}", name,
-                     description::shown(value)));
-  std::array<std::string, 3> position;
-  for (std::size_t k = 0; k < 3; k++) {
-    if (value[k].is_number()) {
-      position[k] = fmt::format("{}", value[k].get<double>());
-    } else if (value[k].is_string() && !value[k].get_ref<const std::string&>().empty()) {
-      position[k] = value[k].get<std::string>();
-    } else {
-      fail(fmt::format("member \"{}[{}]\" must be an expression in u, not {}", name, k, description::shown(value[k])));
-    }
-  }
-  return position;
-}
-
 bool flag_member(const json& object, std::string_view path, std::string_view name) {
   const auto found = object.find(std::string(name));
   if (found == object.end()) return false;
@@ -62,7 +43,7 @@ bool flag_member(const json& object, std::string_view path, std::string_view nam
 
 std::shared_ptr<const SeedCurve> read_expressions(const json& object, std::string_view path) {
   description::only_members(object, path, {"position", "u", "parameters"});
-  const std::array<std::string, 3> position = read_position(object, path);
+  const std::array<std::string, 3> position = description::three_expressions(object, path, "position", "u");
   const Parameters parameters = description::parameters(object, path);
   const glm::dvec2 range = description::range(object, path, "u", parameters);
   try {

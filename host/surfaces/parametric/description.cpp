@@ -41,26 +41,6 @@ std::array<bool, 2> read_period(const json& root) {
   return closed;
 }
 
-std::array<std::string, 3> read_position(const json& root) {
-  const json& value = description::member(root, "", "position");
-  if (!value.is_array() || value.size() != 3)
-    fail(fmt::format("member \"position\" must be three expressions in u and v, of x, y and z, not {}",
-                     description::shown(value)));
-  std::array<std::string, 3> position;
-  for (std::size_t k = 0; k < 3; k++) {
-    // A constant may be written as a number.
-    if (value[k].is_number()) {
-      position[k] = fmt::format("{}", value[k].get<double>());
-    } else if (value[k].is_string() && !value[k].get_ref<const std::string&>().empty()) {
-      position[k] = value[k].get<std::string>();
-    } else {
-      fail(fmt::format("member \"position[{}]\" must be an expression in u and v, not {}", k,
-                       description::shown(value[k])));
-    }
-  }
-  return position;
-}
-
 // `what` begins with the member that is wrong, where it is a single one: "position[0]: ...".
 [[noreturn]] void fail_at_member(const Error& error) {
   const std::string what = error.what();
@@ -95,7 +75,7 @@ Surface load_nurbs(const std::filesystem::path& file) {
 
 std::shared_ptr<const SurfaceDefinition> read_parametric(const json& root, const std::filesystem::path&) {
   description::only_members(root, "", {"kind", "position", "u", "v", "parameters", "period"});
-  const std::array<std::string, 3> position = read_position(root);
+  const std::array<std::string, 3> position = description::three_expressions(root, "", "position", "u and v");
   const Parameters parameters = description::parameters(root, "");
   const glm::dvec2 u = description::range(root, "", "u", parameters), v = description::range(root, "", "v", parameters);
   const std::array<bool, 2> closed = read_period(root);

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "harness/devices.hpp"
+#include "harness/files/shared_data.hpp"
 #include "harness/kernel_cover.hpp"
-#include "harness/shared_data.hpp"
 #include "smurf/flow.hpp"
 #include "truth/flow/curvilinear.hpp"
 #include "truth/flow/flows.hpp"

@@ -17,8 +17,8 @@
 
 #include "device/executor.hpp"
 #include "harness/devices.hpp"
+#include "harness/files/shared_data.hpp"
 #include "harness/kernel_cover.hpp"
-#include "harness/shared_data.hpp"
 #include "reference/mesh/brute_force.hpp"
 #include "smurf/error.hpp"
 #include "smurf/interrogator.hpp"

@@ -15,9 +15,9 @@
 
 #include "harness/density.hpp"
 #include "harness/devices.hpp"
+#include "harness/files/shared_data.hpp"
 #include "harness/kernel_cover.hpp"
 #include "harness/parametric_case.hpp"
-#include "harness/shared_data.hpp"
 #include "harness/tolerances.hpp"
 #include "io/patch_file.hpp"
 #include "smurf/interrogator.hpp"

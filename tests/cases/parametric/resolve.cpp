@@ -15,8 +15,8 @@
 
 #include "harness/density.hpp"
 #include "harness/devices.hpp"
+#include "harness/files/shared_data.hpp"
 #include "harness/kernel_cover.hpp"
-#include "harness/shared_data.hpp"
 #include "smurf/interrogator.hpp"
 
 KERNELS(find_hits, count_blocks, order_rows, list_open, finish_hits);

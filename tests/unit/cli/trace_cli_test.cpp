@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "harness/command_line.hpp"
+#include "harness/devices.hpp"
 #include "io/png.hpp"
 #include "io/vtk/vtk_files.hpp"
 
@@ -171,11 +172,15 @@ TEST_P(TraceCliOnDevice, LinesEndForEveryReason) {
 }
 
 TEST_P(TraceCliOnDevice, RungeKuttaIsOfFourthOrder) {
-  if (device_ == "reference") GTEST_SKIP() << "the reference has a method of its own, whatever the integrator";
   const auto error = [&](const std::string& step) {
     const Csv lines = traced("--time 3 --ends --integrator rk4 --step " + step);
     return std::hypot(lines.number(1, "x") - std::cos(3.0), lines.number(1, "y") - std::sin(3.0));
   };
+  // The reference has a method of its own, whatever the integrator.
+  if (device_ == "reference") {
+    EXPECT_LT(error("0.5"), 1e-6);
+    return;
+  }
   // The error of a turn by h is h⁵/120 and there are 3/h of them; it stays far above the rounding of floats.
   EXPECT_NEAR(error("0.5"), 3 * std::pow(0.5, 4) / 120, 0.2 * 3 * std::pow(0.5, 4) / 120);
   EXPECT_NEAR(error("0.5") / error("0.25"), 16, 1.5);
@@ -302,7 +307,10 @@ TEST_F(TraceCli, Grids) {
   expect_refused(grid(R"j("wind.nrrd")j") + " --variation 2", {"trilinear", "tricubic"});
   write("grid.json", R"j({"kind": "grid", "file": "wind.nrrd", "reconstruction": "tricubic"})j");
   EXPECT_EQ(run(command("--time 1 --variation 2", "grid.json", "start.csv")).code, 0);
-  if (!built_with_vtk()) GTEST_SKIP() << "built without VTK: arrays of its files are not read";
+  if (!built_with_vtk()) {
+    test::report_missing("VTK: arrays of its files are not read");
+    GTEST_SKIP();
+  }
   std::filesystem::remove(file("lines.csv"));
   expect_refused(grid(R"j(")j" SMURF_SOURCE_DIR R"j(/host/data/carotid.vtk", "array": "wind")j"),
                  {"grid.json", "carotid.vtk", "wind", "vectors"});

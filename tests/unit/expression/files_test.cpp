@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "expression/files.hpp"
-#include "harness/shared_data.hpp"
+#include "harness/files/shared_data.hpp"
 #include "unit/expression/expressions.hpp"
 
 namespace smurf::expression {

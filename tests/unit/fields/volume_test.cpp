@@ -15,59 +15,18 @@
 #include <sstream>
 #include <thread>
 
+#include "harness/files/test_files.hpp"
+#include "harness/refusal.hpp"
 #include "smurf/error.hpp"
 
 namespace smurf {
 namespace {
 
 namespace fs = std::filesystem;
+using test::put;
+using test::test_folder;
 
-fs::path test_folder() {
-  fs::path folder =
-      fs::path(SMURF_TEST_OUTPUT) / "volume" / testing::UnitTest::GetInstance()->current_test_info()->name();
-  fs::create_directories(folder);
-  return folder;
-}
-
-// Removed first: where a file is truncated and written anew, file systems wait for the disk.
-void put(const fs::path& file, const std::string& bytes) {
-  fs::remove(file);
-  std::ofstream(file, std::ios::binary) << bytes;
-}
-
-// The message of the Error (input) that `action` throws.
-template <class Action>
-std::string refusal(Action&& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    EXPECT_EQ(int(error.code()), int(ErrorCode::input)) << error.what();
-    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
-    return error.what();
-  }
-  ADD_FAILURE() << "nothing was thrown";
-  return "";
-}
-
-#define EXPECT_REFUSED(action, part)                                                    \
-  do {                                                                                  \
-    const std::string message = refusal([&] { action; });                               \
-    EXPECT_NE(message.find(part), std::string::npos) << "the message was: " << message; \
-  } while (false)
-
-std::string gzip(const std::string& bytes) {
-  z_stream stream{};
-  EXPECT_EQ(deflateInit2(&stream, 6, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY), Z_OK);
-  std::string out(deflateBound(&stream, bytes.size()) + 64, '\0');
-  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
-  stream.avail_in = uInt(bytes.size());
-  stream.next_out = reinterpret_cast<Bytef*>(out.data());
-  stream.avail_out = uInt(out.size());
-  EXPECT_EQ(deflate(&stream, Z_FINISH), Z_STREAM_END);
-  out.resize(stream.total_out);
-  deflateEnd(&stream);
-  return out;
-}
+std::string gzip(const std::string& bytes) { return test::packed(bytes, test::wbits_gzip); }
 
 template <class T>
 std::string bytes_of(const std::vector<T>& values, bool big_endian) {

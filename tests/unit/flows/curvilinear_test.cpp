@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "flows/definition.hpp"
+#include "harness/files/shared_data.hpp"
 #include "harness/refusal.hpp"
-#include "harness/shared_data.hpp"
 #include "truth/flow/curvilinear.hpp"
 
 namespace smurf::test {

@@ -47,7 +47,7 @@ std::size_t entries(const fs::path& folder) {
   return std::size_t(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
 }
 
-#define EXPECT_REFUSED(code, action, part)                                              \
+#define EXPECT_REFUSED_AS(code, action, part)                                           \
   do {                                                                                  \
     const std::string message = refusal(ErrorCode::code, [&] { action; });              \
     EXPECT_NE(message.find(part), std::string::npos) << "the message was: " << message; \
@@ -98,30 +98,31 @@ TEST(RayTable, reads_points) {
   const PointTable directed = read_points(put(folder / "points.csv", "dx,dy,dz,x,y,z\n0,0,1,1,2,3\n"));
   EXPECT_EQ(directed.points, (std::vector<glm::vec3>{{1, 2, 3}}));
   EXPECT_EQ(directed.directions, (std::vector<glm::vec3>{{0, 0, 1}}));
-  EXPECT_REFUSED(input, read_points(put(folder / "points.csv", "x,y,z,dx,dy\n1,2,3,4,5\n")), "dx,dy,dz");
+  EXPECT_REFUSED_AS(input, read_points(put(folder / "points.csv", "x,y,z,dx,dy\n1,2,3,4,5\n")), "dx,dy,dz");
 }
 
 TEST(RayTable, refuses_what_is_no_table) {
   const fs::path folder = test_folder();
   const std::string header = "ox,oy,oz,dx,dy,dz\n";
   const auto load = [&](const std::string& text) { read_rays(put(folder / "rays.csv", text)); };
-  EXPECT_REFUSED(input, read_rays(folder / "missing.csv"), "missing.csv\": No such file");
-  EXPECT_REFUSED(input, read_rays(folder), "folder");
-  EXPECT_REFUSED(input, load(""), "empty");
-  EXPECT_REFUSED(input, load("ox,oy,oz,dx,dy\n0,0,0,0,0\n"), "no column \"dz\"");
-  EXPECT_REFUSED(input, load("1,2,3,4,5,6\n"), "no column \"ox\"");
-  EXPECT_REFUSED(input, load("ox,oy,oz,dx,dy,dz,ox\n1,2,3,4,5,6,7\n"), "twice");
-  EXPECT_REFUSED(input, load(header + "1,2,3,4,5,6\n1,2,3,4,5\n"), "rays.csv\", line 3: 5 cells, but the header has 6");
-  EXPECT_REFUSED(input, load(header + "1,2,3,4,5,6,7\n"), "7 cells");
-  EXPECT_REFUSED(input, load(header + "\n1,2,three,4,5,6\n"),
-                 "line 3: column \"oz\" holds \"three\", which is no number");
-  EXPECT_REFUSED(input, load(header + "1,2,,4,5,6\n"), "column \"oz\" holds \"\"");
-  EXPECT_REFUSED(input, load(header + "1,2,3mm,4,5,6\n"), "3mm");
-  EXPECT_REFUSED(input, load(header + "1,2,0x1,4,5,6\n"), "0x1");
-  EXPECT_REFUSED(input, load(header + "1,2,+-1,4,5,6\n"), "+-1");
-  EXPECT_REFUSED(input, load(header + "1,2,\"3,4,5,6\n"), "quote");
-  EXPECT_REFUSED(input, load(header + std::string("1,2,\0,4,5,6\n", 12)), "oz");
-  EXPECT_REFUSED(input, load(header + "1,2," + std::string(100000, 'x') + ",4,5,6\n"), "...");
+  EXPECT_REFUSED_AS(input, read_rays(folder / "missing.csv"), "missing.csv\": No such file");
+  EXPECT_REFUSED_AS(input, read_rays(folder), "folder");
+  EXPECT_REFUSED_AS(input, load(""), "empty");
+  EXPECT_REFUSED_AS(input, load("ox,oy,oz,dx,dy\n0,0,0,0,0\n"), "no column \"dz\"");
+  EXPECT_REFUSED_AS(input, load("1,2,3,4,5,6\n"), "no column \"ox\"");
+  EXPECT_REFUSED_AS(input, load("ox,oy,oz,dx,dy,dz,ox\n1,2,3,4,5,6,7\n"), "twice");
+  EXPECT_REFUSED_AS(input, load(header + "1,2,3,4,5,6\n1,2,3,4,5\n"),
+                    "rays.csv\", line 3: 5 cells, but the header has 6");
+  EXPECT_REFUSED_AS(input, load(header + "1,2,3,4,5,6,7\n"), "7 cells");
+  EXPECT_REFUSED_AS(input, load(header + "\n1,2,three,4,5,6\n"),
+                    "line 3: column \"oz\" holds \"three\", which is no number");
+  EXPECT_REFUSED_AS(input, load(header + "1,2,,4,5,6\n"), "column \"oz\" holds \"\"");
+  EXPECT_REFUSED_AS(input, load(header + "1,2,3mm,4,5,6\n"), "3mm");
+  EXPECT_REFUSED_AS(input, load(header + "1,2,0x1,4,5,6\n"), "0x1");
+  EXPECT_REFUSED_AS(input, load(header + "1,2,+-1,4,5,6\n"), "+-1");
+  EXPECT_REFUSED_AS(input, load(header + "1,2,\"3,4,5,6\n"), "quote");
+  EXPECT_REFUSED_AS(input, load(header + std::string("1,2,\0,4,5,6\n", 12)), "oz");
+  EXPECT_REFUSED_AS(input, load(header + "1,2," + std::string(100000, 'x') + ",4,5,6\n"), "...");
 }
 
 TEST(RayTable, is_fast) {
@@ -293,13 +294,13 @@ TEST(AtomicFile, keeps_links_and_permissions) {
 
 TEST(AtomicFile, says_what_is_wrong) {
   const fs::path folder = test_folder();
-  EXPECT_REFUSED(io, write_file(folder / "none" / "out.csv", "x"), "none/out.csv\": No such file or directory");
-  EXPECT_REFUSED(io, write_file(folder, "x"), "directory");
-  EXPECT_REFUSED(io, write_file("", "x"), "No such file");
+  EXPECT_REFUSED_AS(io, write_file(folder / "none" / "out.csv", "x"), "none/out.csv\": No such file or directory");
+  EXPECT_REFUSED_AS(io, write_file(folder, "x"), "directory");
+  EXPECT_REFUSED_AS(io, write_file("", "x"), "No such file");
   EXPECT_EQ(entries(folder), 0u);
   if (fs::exists("/dev/full")) {
-    EXPECT_REFUSED(io, write_file("/dev/full", "x"), "/dev/full");
-    EXPECT_REFUSED(io, write_file("/dev/full", std::string(1 << 20, 'x')), "/dev/full");
+    EXPECT_REFUSED_AS(io, write_file("/dev/full", "x"), "/dev/full");
+    EXPECT_REFUSED_AS(io, write_file("/dev/full", std::string(1 << 20, 'x')), "/dev/full");
   }
   write_file("/dev/null", "x");
   EXPECT_TRUE(fs::is_character_file("/dev/null"));  // written to, not replaced
@@ -331,14 +332,14 @@ TEST(Png, reads_back_to_the_same_pixels) {
 
 TEST(Png, refuses) {
   const fs::path folder = test_folder();
-  EXPECT_REFUSED(input, save_png({0, 5, {}}, folder / "image.png"), "0 x 5");
-  EXPECT_REFUSED(input, save_png({2, 2, std::vector<std::uint8_t>(12)}, folder / "image.png"), "16 bytes, not 12");
-  EXPECT_REFUSED(io, save_png(test_image(2, 2, true), folder / "none" / "image.png"), "none/image.png");
+  EXPECT_REFUSED_AS(input, save_png({0, 5, {}}, folder / "image.png"), "0 x 5");
+  EXPECT_REFUSED_AS(input, save_png({2, 2, std::vector<std::uint8_t>(12)}, folder / "image.png"), "16 bytes, not 12");
+  EXPECT_REFUSED_AS(io, save_png(test_image(2, 2, true), folder / "none" / "image.png"), "none/image.png");
   EXPECT_EQ(entries(folder), 0u);
-  EXPECT_REFUSED(input, load_png(folder / "missing.png"), "missing.png");
+  EXPECT_REFUSED_AS(input, load_png(folder / "missing.png"), "missing.png");
   save_png(test_image(64, 64, true), folder / "whole.png");
-  EXPECT_REFUSED(input, load_png(put(folder / "half.png", get(folder / "whole.png").substr(0, 5000))), "half.png");
-  EXPECT_REFUSED(input, load_png(put(folder / "text.png", "no image")), "text.png");
+  EXPECT_REFUSED_AS(input, load_png(put(folder / "half.png", get(folder / "whole.png").substr(0, 5000))), "half.png");
+  EXPECT_REFUSED_AS(input, load_png(put(folder / "text.png", "no image")), "text.png");
 }
 
 // ---- Rays and cameras
@@ -386,13 +387,13 @@ TEST(Camera, projects_in_parallel) {
 }
 
 TEST(Camera, refuses) {
-  EXPECT_REFUSED(input, (Camera{.width = 0}.rays()), "0 x 512");
-  EXPECT_REFUSED(input, (Camera{.eye = {1, 2, 3}, .look_at = {1, 2, 3}}.rays()), "same point");
-  EXPECT_REFUSED(input, (Camera{.eye = {0, 0, -3}}.rays()), "parallel");
-  EXPECT_REFUSED(input, (Camera{.up = {0, 0, 0}}.rays()), "zero");
-  EXPECT_REFUSED(input, (Camera{.eye = {NAN, 0, 0}}.rays()), "finite");
-  EXPECT_REFUSED(input, (Camera{.field_of_view = 180}.rays()), "180");
-  EXPECT_REFUSED(input, (Camera{.orthographic_height = INFINITY}.rays()), "orthographic");
+  EXPECT_REFUSED_AS(input, (Camera{.width = 0}.rays()), "0 x 512");
+  EXPECT_REFUSED_AS(input, (Camera{.eye = {1, 2, 3}, .look_at = {1, 2, 3}}.rays()), "same point");
+  EXPECT_REFUSED_AS(input, (Camera{.eye = {0, 0, -3}}.rays()), "parallel");
+  EXPECT_REFUSED_AS(input, (Camera{.up = {0, 0, 0}}.rays()), "zero");
+  EXPECT_REFUSED_AS(input, (Camera{.eye = {NAN, 0, 0}}.rays()), "finite");
+  EXPECT_REFUSED_AS(input, (Camera{.field_of_view = 180}.rays()), "180");
+  EXPECT_REFUSED_AS(input, (Camera{.orthographic_height = INFINITY}.rays()), "orthographic");
 }
 
 TEST(Camera, fits_bounds) {

@@ -12,8 +12,8 @@
 #include <random>
 
 #include "harness/density.hpp"
+#include "harness/files/shared_data.hpp"
 #include "harness/refusal.hpp"
-#include "harness/shared_data.hpp"
 #include "numerics/parallel.hpp"
 #include "numerics/text_file.hpp"
 #include "reference/mesh/brute_force.hpp"

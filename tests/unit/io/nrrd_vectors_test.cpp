@@ -8,6 +8,7 @@
 #include <cstring>
 #include <fstream>
 
+#include "harness/files/test_files.hpp"
 #include "harness/refusal.hpp"
 #include "smurf/error.hpp"
 #include "smurf/volume.hpp"
@@ -16,27 +17,9 @@ namespace smurf {
 namespace {
 
 namespace fs = std::filesystem;
+using test::put;
 using test::refusal;
-
-fs::path test_folder() {
-  fs::path folder =
-      fs::path(SMURF_TEST_OUTPUT) / "nrrd_vectors" / testing::UnitTest::GetInstance()->current_test_info()->name();
-  fs::create_directories(folder);
-  return folder;
-}
-
-fs::path put(const std::string& name, const std::string& bytes) {
-  fs::path file = test_folder() / name;
-  fs::remove(file);
-  std::ofstream(file, std::ios::binary) << bytes;
-  return file;
-}
-
-#define EXPECT_REFUSED(action, part)                                                    \
-  do {                                                                                  \
-    const std::string message = refusal(ErrorCode::input, [&] { action; });             \
-    EXPECT_NE(message.find(part), std::string::npos) << "the message was: " << message; \
-  } while (false)
+using test::test_folder;
 
 constexpr glm::ivec3 size(3, 2, 4);
 constexpr std::size_t nodes = 24;

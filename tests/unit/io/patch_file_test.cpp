@@ -6,8 +6,8 @@
 #include <fstream>
 #include <random>
 
+#include "harness/files/shared_data.hpp"
 #include "harness/refusal.hpp"
-#include "harness/shared_data.hpp"
 #include "patches/bezier.hpp"
 
 namespace smurf {

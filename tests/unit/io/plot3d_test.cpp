@@ -11,6 +11,7 @@
 #include <iterator>
 #include <random>
 
+#include "harness/files/test_files.hpp"
 #include "harness/refusal.hpp"
 #include "smurf/error.hpp"
 
@@ -18,33 +19,12 @@ namespace smurf {
 namespace {
 
 namespace fs = std::filesystem;
+using test::get;
+using test::put;
 using test::refusal;
+using test::test_folder;
 
 const fs::path data = fs::path(SMURF_SOURCE_DIR) / "host/data/flows";
-
-fs::path test_folder() {
-  fs::path folder =
-      fs::path(SMURF_TEST_OUTPUT) / "plot3d" / testing::UnitTest::GetInstance()->current_test_info()->name();
-  fs::create_directories(folder);
-  return folder;
-}
-
-fs::path put(const fs::path& file, const std::string& bytes) {
-  fs::remove(file);
-  std::ofstream(file, std::ios::binary) << bytes;
-  return file;
-}
-
-std::string get(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-#define EXPECT_REFUSED(action, part)                                                    \
-  do {                                                                                  \
-    const std::string message = refusal(ErrorCode::input, [&] { action; });             \
-    EXPECT_NE(message.find(part), std::string::npos) << "the message was: " << message; \
-  } while (false)
 
 struct Form {
   bool big_endian = false, records = false, counted = false, blanking = false, doubles = false;

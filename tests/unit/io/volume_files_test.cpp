@@ -11,6 +11,7 @@
 #include <fstream>
 #include <type_traits>
 
+#include "harness/files/test_files.hpp"
 #include "harness/refusal.hpp"
 #include "smurf/error.hpp"
 
@@ -18,43 +19,11 @@ namespace smurf {
 namespace {
 
 namespace fs = std::filesystem;
-using test::refusal;
-
-fs::path test_folder() {
-  fs::path folder =
-      fs::path(SMURF_TEST_OUTPUT) / "volume_files" / testing::UnitTest::GetInstance()->current_test_info()->name();
-  fs::create_directories(folder);
-  return folder;
-}
-
-fs::path put(const std::string& name, const std::string& bytes) {
-  fs::path file = test_folder() / name;
-  fs::remove(file);
-  std::ofstream(file, std::ios::binary) << bytes;
-  return file;
-}
-
-#define EXPECT_REFUSED(action, part)                                                    \
-  do {                                                                                  \
-    const std::string message = refusal(ErrorCode::input, [&] { action; });             \
-    EXPECT_NE(message.find(part), std::string::npos) << "the message was: " << message; \
-  } while (false)
-
-constexpr int wbits_zlib = 15, wbits_gzip = 15 + 16;
-
-std::string packed(const std::string& bytes, int wbits) {
-  z_stream stream{};
-  EXPECT_EQ(deflateInit2(&stream, 6, Z_DEFLATED, wbits, 8, Z_DEFAULT_STRATEGY), Z_OK);
-  std::string out(deflateBound(&stream, bytes.size()) + 64, '\0');
-  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
-  stream.avail_in = uInt(bytes.size());
-  stream.next_out = reinterpret_cast<Bytef*>(out.data());
-  stream.avail_out = uInt(out.size());
-  EXPECT_EQ(deflate(&stream, Z_FINISH), Z_STREAM_END);
-  out.resize(stream.total_out);
-  deflateEnd(&stream);
-  return out;
-}
+using test::packed;
+using test::put;
+using test::test_folder;
+using test::wbits_gzip;
+using test::wbits_zlib;
 
 constexpr glm::ivec3 size(5, 4, 3);
 constexpr std::size_t nodes = 60;

@@ -22,17 +22,10 @@
 namespace smurf {
 namespace {
 
-using test::refusal;
 using Faces = std::vector<glm::uvec3>;
 using Vertices = std::vector<glm::vec3>;
 
 constexpr float infinity = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
-
-#define EXPECT_REFUSED(action, part)                                                    \
-  do {                                                                                  \
-    const std::string message = refusal(ErrorCode::input, [&] { action; });             \
-    EXPECT_NE(message.find(part), std::string::npos) << "the message was: " << message; \
-  } while (false)
 
 const Vertices tetrahedron_vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 const Faces tetrahedron_faces = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};

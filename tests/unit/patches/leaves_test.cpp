@@ -8,7 +8,7 @@
 
 #include "expression/parser.hpp"
 #include "harness/devices.hpp"
-#include "harness/shared_data.hpp"
+#include "harness/files/shared_data.hpp"
 #include "io/patch_file.hpp"
 #include "unit/patches/surfaces.hpp"
 

@@ -5,7 +5,7 @@
 
 #include <chrono>
 
-#include "harness/shared_data.hpp"
+#include "harness/files/shared_data.hpp"
 #include "io/patch_file.hpp"
 #include "unit/patches/surfaces.hpp"
 

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "harness/devices.hpp"
-#include "harness/shared_data.hpp"
+#include "harness/files/shared_data.hpp"
 #include "io/patch_file.hpp"
 #include "unit/patches/surfaces.hpp"
 

@@ -1,4 +1,4 @@
-#include "harness/shared_data.hpp"
+#include "harness/files/shared_data.hpp"
 
 #include <cstdlib>
 
