@@ -33,6 +33,8 @@ std::string_view name_of(HitStatus status) {
       return "unresolved";
     case HitStatus::bracketed:
       return "bracketed";
+    case HitStatus::sampled:
+      return "sampled";
   }
   return "unknown";
 }

@@ -14,7 +14,8 @@ namespace {
 constexpr std::size_t word = 4;
 
 static_assert(int(HitStatus::isolated) == STATUS_ISOLATED && int(HitStatus::tangent) == STATUS_TANGENT &&
-              int(HitStatus::unresolved) == STATUS_UNRESOLVED && int(HitStatus::bracketed) == STATUS_BRACKETED);
+              int(HitStatus::unresolved) == STATUS_UNRESOLVED && int(HitStatus::bracketed) == STATUS_BRACKETED &&
+              int(HitStatus::sampled) == STATUS_SAMPLED);
 static_assert(int(RayStatus::ok) == RAY_STATUS_OK && int(RayStatus::invalid) == RAY_STATUS_INVALID);
 static_assert(umbilic == POINT_UMBILIC && boundary == POINT_BOUNDARY && undefined == POINT_UNDEFINED &&
               crease == POINT_CREASE && singular == POINT_SINGULAR);

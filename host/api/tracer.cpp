@@ -144,9 +144,10 @@ std::string_view name_of(FlowStatus status) {
 }
 
 Tracer::Tracer(const Device& device, const VectorField& field, const PrepareOptions& options)
-    : field_(field),
+    : device_(device),
+      field_(field),
       queries_(device.is_reference() ? trace_by_reference(field.model())
-                                     : trace_on_device(device, field.share(), options)) {}
+                                     : trace_on_device(device_.executor(), field.share(), options)) {}
 
 Streamlines Tracer::trace(const FlowSeeds& seeds, const TraceOptions& options) const {
   TraceOptions complete = completed(options, field_.model());

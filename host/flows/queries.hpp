@@ -1,5 +1,5 @@
 // What the public API asks of a vector field on a device. Two implementations: batches on an executor
-// (host/api/tracing.cpp), and the double-precision reference (host/reference/flow/queries.cpp).
+// (host/flows/tracing.cpp), and the double-precision reference (host/reference/flow/queries.cpp).
 #pragma once
 
 #include <memory>
@@ -8,6 +8,8 @@
 #include "flows/definition.hpp"
 
 namespace smurf {
+
+class Executor;
 
 class FlowQueries {
  public:
@@ -20,7 +22,8 @@ class FlowQueries {
   std::optional<double> greatest_speed = {};  // on a lattice over the domain, once it is known
 };
 
-std::unique_ptr<FlowQueries> trace_on_device(const Device& device,
+// The executor must outlive what is returned.
+std::unique_ptr<FlowQueries> trace_on_device(Executor& executor,
                                              const std::shared_ptr<const VectorFieldDefinition>& definition,
                                              const PrepareOptions& options);
 std::unique_ptr<FlowQueries> trace_by_reference(const VectorFieldDefinition& definition);

@@ -179,6 +179,7 @@ class Tracer {
   std::size_t device_bytes() const;
 
  private:
+  Device device_;
   VectorField field_;
   std::shared_ptr<FlowQueries> queries_;
 };

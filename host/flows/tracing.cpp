@@ -70,9 +70,9 @@ std::size_t width_of(const TraceOptions& options) {
 
 class DeviceFlowQueries final : public FlowQueries {
  public:
-  DeviceFlowQueries(const Device& device, const std::shared_ptr<const VectorFieldDefinition>& field,
+  DeviceFlowQueries(Executor& executor, const std::shared_ptr<const VectorFieldDefinition>& field,
                     const PrepareOptions& options)
-      : device_(device), executor_(device_.executor()), field_(field), flow_(reside(*field, executor_, options)) {
+      : executor_(executor), field_(field), flow_(reside(*field, executor_, options)) {
     const Bounds bounds = field->bounds();
     const glm::dvec3 size = bounds.upper - bounds.lower;
     extent_ = std::max({size.x, size.y, size.z});
@@ -366,7 +366,6 @@ class DeviceFlowQueries final : public FlowQueries {
     }
   }
 
-  Device device_;
   Executor& executor_;
   std::shared_ptr<const VectorFieldDefinition> field_;
   std::unique_ptr<ResidentFlow> flow_;
@@ -377,10 +376,10 @@ class DeviceFlowQueries final : public FlowQueries {
   TypedBuffer<float> points_;
 };
 
-std::unique_ptr<FlowQueries> trace_on_device(const Device& device,
+std::unique_ptr<FlowQueries> trace_on_device(Executor& executor,
                                              const std::shared_ptr<const VectorFieldDefinition>& field,
                                              const PrepareOptions& options) {
-  return std::make_unique<DeviceFlowQueries>(device, field, options);
+  return std::make_unique<DeviceFlowQueries>(executor, field, options);
 }
 
 }  // namespace smurf
