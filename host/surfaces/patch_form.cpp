@@ -11,6 +11,7 @@
 namespace smurf {
 namespace {
 
+constexpr double greatest_more = 1e30;
 constexpr double half_step = 0x1p-24;  // the rounding of a float, relative
 static_assert(LEAF_KIND_REGULAR == int(LeafKind::regular) && LEAF_KIND_OPEN == int(LeafKind::open) &&
               LEAF_KIND_CAP == int(LeafKind::cap));
@@ -128,9 +129,8 @@ void PatchForm::put_bezier(std::size_t number, const BezierPiece& piece, const g
 }
 
 void PatchForm::upload(Executor& executor, const std::vector<PatchLeaf>& leaves, const Bounds& bounds,
-                       const std::function<HitStatus(const PatchLeaf&)>& status, std::size_t parts,
-                       std::size_t part_count) {
-  const Bvh hierarchy = upload_leaves(executor, leaves, bounds, status);
+                       const std::function<double(const PatchLeaf&)>& more, std::size_t parts, std::size_t part_count) {
+  const Bvh hierarchy = upload_leaves(executor, leaves, bounds, more);
   stack_ = std::size_t(hierarchy.stack);
   upload_words(executor, pieces, pieces_, "pieces of a surface");
   upload_words(executor, points, points_, "control points");
@@ -170,7 +170,7 @@ std::size_t PatchForm::bytes() const {
 
 // The leaves in the order of the hierarchy.
 Bvh PatchForm::upload_leaves(Executor& executor, const std::vector<PatchLeaf>& leaves, const Bounds& bounds,
-                             const std::function<HitStatus(const PatchLeaf&)>& status) {
+                             const std::function<double(const PatchLeaf&)>& more) {
   const double world = std::max(largest(bounds.lower), largest(bounds.upper));
   std::vector<BvhBox> boxes;
   double error = 0;
@@ -186,7 +186,7 @@ Bvh PatchForm::upload_leaves(Executor& executor, const std::vector<PatchLeaf>& l
   Words records(words);
   Bvh hierarchy = build_bvh(std::move(boxes), options, [&](std::span<const std::uint32_t> one) {
     const std::size_t at = records.add(LEAF_WORDS);
-    put_leaf(records, at, leaves[one[0]], world, status(leaves[one[0]]));
+    put_leaf(records, at, leaves[one[0]], world, more(leaves[one[0]]));
     return std::uint32_t(at / LEAF_WORDS);
   });
   upload_words(executor, hierarchy.nodes, nodes_, "hierarchy of a surface");
@@ -208,7 +208,7 @@ double PatchForm::error_of(const PatchLeaf& leaf, double world) const {
   return error;
 }
 
-void PatchForm::put_leaf(Words& words, std::size_t at, const PatchLeaf& leaf, double world, HitStatus status) const {
+void PatchForm::put_leaf(Words& words, std::size_t at, const PatchLeaf& leaf, double world, double more) const {
   const bool is_regular = leaf.kind == LeafKind::regular;
   const glm::dvec3 a = leaf.a * frame_.unit, b = leaf.b * frame_.unit;
   const glm::dvec3 m = leaf.kind == LeafKind::open ? 0.5 * (leaf.lower + leaf.upper) : leaf.m;
@@ -233,7 +233,7 @@ void PatchForm::put_leaf(Words& words, std::size_t at, const PatchLeaf& leaf, do
   words.put(at + LEAF_HALF_V, float(leaf.half.y));
   words.put(at + LEAF_PIECE, std::int32_t(leaf.piece));
   words.put(at + LEAF_KIND, std::int32_t(leaf.kind) + (leaf.kind == LeafKind::cap ? LEAF_KINDS * leaf.side : 0));
-  words.put(at + LEAF_STATUS, std::int32_t(status));
+  words.put(at + LEAF_MORE, rounded_up(std::min(more * frame_.unit, greatest_more)));
   const auto sum = [](const glm::dvec3& v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); };
   words.put(at + LEAF_LENGTHS, rounded_up(leaf.kind == LeafKind::open ? sum(box) : sum(a) + sum(b)));
 }

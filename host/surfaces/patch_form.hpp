@@ -66,10 +66,10 @@ class PatchForm {
   // begins. `rational`: with weights.
   void put_bezier(std::size_t number, const BezierPiece& piece, const glm::dvec2& start, bool rational);
 
-  // Uploads what was assembled, and the leaves in the order of their hierarchy. `status` tells what a root in a leaf
-  // is; `bounds` is that of the surface; parts begin at word `parts` of the pieces.
+  // Uploads what was assembled, and the leaves in the order of their hierarchy. `more` tells what the remainder of a leaf
+  // has to be more (kernels/patch/layout.inc); `bounds` is that of the surface; parts begin at word `parts` of the pieces.
   void upload(Executor& executor, const std::vector<PatchLeaf>& leaves, const Bounds& bounds,
-              const std::function<HitStatus(const PatchLeaf&)>& status, std::size_t parts, std::size_t part_count);
+              const std::function<double(const PatchLeaf&)>& more, std::size_t parts, std::size_t part_count);
 
   std::map<std::string, std::string> defines() const;  // of the hierarchy
   BufferGroup buffers() const;
@@ -78,9 +78,9 @@ class PatchForm {
  private:
   using WordBuffer = TypedBuffer<std::uint32_t>;
   Bvh upload_leaves(Executor& executor, const std::vector<PatchLeaf>& leaves, const Bounds& bounds,
-                    const std::function<HitStatus(const PatchLeaf&)>& status);
+                    const std::function<double(const PatchLeaf&)>& more);
   double error_of(const PatchLeaf& leaf, double world) const;
-  void put_leaf(Words& words, std::size_t at, const PatchLeaf& leaf, double world, HitStatus status) const;
+  void put_leaf(Words& words, std::size_t at, const PatchLeaf& leaf, double world, double more) const;
 
   PatchFrame frame_;
   std::size_t poles_ = 0;

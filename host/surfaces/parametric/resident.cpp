@@ -31,7 +31,7 @@ class ResidentParametric final : public ResidentSurface {
       put_patches(surface, dynamic_cast<const BezierSource&>(surface.pieces()));
     }
     form_.upload(
-        executor, leaves, surface.bounds(), [](const PatchLeaf&) { return HitStatus::isolated; }, parts,
+        executor, leaves, surface.bounds(), [](const PatchLeaf&) { return 0.0; }, parts,
         std::max<std::size_t>(surface.patches.size(), 1));
     modules_["surface"] = kernel_source("patch/surface.inc");
     modules_["frame"] = kernel_source("patch/frame.inc");

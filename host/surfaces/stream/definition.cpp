@@ -14,7 +14,6 @@
 #include "patches/ray_roots.hpp"
 #include "smurf/error.hpp"
 #include "surfaces/stream/mesh.hpp"
-#include "surfaces/stream/tubes.hpp"
 
 namespace smurf {
 namespace {
@@ -108,8 +107,6 @@ std::vector<PatchLeaf> StreamSurface::leaves() const {
   const double off = std::max(options_.tolerance, of.deviation);
   std::vector<PatchLeaf> leaves = of.leaves;
   for (PatchLeaf& leaf : leaves) {
-    const StreamCell& cell = of.cells[leaf.piece];
-    if (cell.proved) leaf.e = stream_remainder(cell, leaf);
     leaf.error += off;
     leaf.lower -= off;
     leaf.upper += off;
@@ -187,8 +184,7 @@ RootResolver StreamSurface::root_resolver() const {
       const glm::dvec2 at = cell.lower + glm::dvec2(root.u, root.v) * (cell.upper - cell.lower);
       root.root.low -= off;
       root.root.high += off;
-      resolved.push_back(
-          {root.root, {0, float(at.x), float(at.y)}, cell.proved ? HitStatus::isolated : HitStatus::sampled});
+      resolved.push_back({root.root, {0, float(at.x), float(at.y)}, HitStatus::sampled});
     }
     // Where streamlines end nothing more is known.
     for (const StreamBorder& border : of.borders) {

@@ -38,8 +38,8 @@ class StreamSurface : public SurfaceDefinition {
 
   // Traced by the first who asks, on that executor, and kept; without one on the first device there is.
   const StreamMesh& mesh(Executor* executor = nullptr) const;
-  // Leaves of the mesh, and open ones where streamlines end within a cell. What they exclude and isolate is the true
-  // surface where cells are proved, else the patch; both within the tolerance.
+  // Leaves of the mesh, and open ones where streamlines end within a cell. What they exclude is the true
+  // surface, within the tolerance; what they isolate are roots of its patches.
   std::vector<PatchLeaf> leaves() const;
 
  private:

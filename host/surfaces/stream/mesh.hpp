@@ -8,6 +8,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <glm/glm.hpp>
@@ -32,8 +33,9 @@ struct StreamCell {
   std::array<glm::dvec3, 4> beyond_uu{}, beyond_vv{};
   // Tubes about streamlines prove that the derivatives of the true surface by u and τ are within off_u and off_v of the
   // patch's, also an eighth of the cell beyond its sides, so that what leaves prove of the patch they prove of it.
+  // `proved`: rays that are not too oblique have at most one root in a leaf.
   bool proved = false;
-  double off_u = 0, off_v = 0;
+  double off_u = INFINITY, off_v = INFINITY;
 };
 
 // What lies at a border of the domain, where streamlines end within it: nothing is known but the box.

@@ -2,16 +2,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "kernels/patch/layout.inc"
 #include "kernels/stream/mesh_layout.inc"
 #include "surfaces/patch_form.hpp"
 #include "surfaces/stream/mesh.hpp"
 #include "surfaces/stream/resident.hpp"
+#include "surfaces/stream/tubes.hpp"
 
 namespace smurf {
 namespace {
 
+constexpr double infinity = std::numeric_limits<double>::infinity();
 static_assert(TREE_NOTHING == StreamMesh::no_cell);
 
 class ResidentStreamMesh final : public ResidentSurface {
@@ -27,8 +30,7 @@ class ResidentStreamMesh final : public ResidentSurface {
     form_.upload(
         executor, leaves, mesh_.bounds,
         [&](const PatchLeaf& leaf) {
-          return leaf.piece < mesh_.cells.size() && mesh_.cells[leaf.piece].proved ? HitStatus::isolated
-                                                                                   : HitStatus::sampled;
+          return leaf.piece < mesh_.cells.size() ? more_remainder(mesh_.cells[leaf.piece], leaf) : infinity;
         },
         tree, 1);
     modules_["surface"] = kernel_source("patch/surface.inc");

@@ -15,10 +15,10 @@ namespace {
 using glm::dvec3;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double reach = leaf_reach;    // bounds hold so far beyond a cell
-constexpr int lattice = 24;             // of boxes over the field, each with its bound of D²v
-constexpr double largest_proved = 0.7;  // of the shorter tangent, how long a remainder may be that isolates
-constexpr int most_parts = 64;          // streamlines across a cell
+constexpr double reach = leaf_reach;     // bounds hold so far beyond a cell
+constexpr int lattice = 24;              // of boxes over the field, each with its bound of D²v
+constexpr double largest_proved = 0.35;  // of the shorter tangent, how long a remainder may be that isolates
+constexpr int most_parts = 64;           // streamlines across a cell
 constexpr std::size_t most_seeds = 1 << 14;
 constexpr int most_turns = 30;  // of the bound within one interval
 
@@ -103,9 +103,9 @@ double largest(const glm::dvec3& v) { return std::max({v.x, v.y, v.z}); }
 
 }  // namespace
 
-glm::dvec3 stream_remainder(const StreamCell& cell, const PatchLeaf& leaf) {
+double more_remainder(const StreamCell& cell, const PatchLeaf& leaf) {
   const glm::dvec2 size = cell.upper - cell.lower;
-  return leaf.e + cell.off_u * size.x * leaf.half.x + cell.off_v * size.y * leaf.half.y;
+  return cell.off_u * size.x * leaf.half.x + cell.off_v * size.y * leaf.half.y;
 }
 
 namespace {
@@ -121,9 +121,26 @@ struct Proof {
 
 bool is_proved(const StreamMesh& mesh, std::size_t cell, std::span<const PatchLeaf> leaves) {
   return std::ranges::all_of(leaves, [&](const PatchLeaf& leaf) {
-    return leaf.kind == LeafKind::regular && glm::length(stream_remainder(mesh.cells[cell], leaf)) <=
+    return leaf.kind == LeafKind::regular && glm::length(leaf.e + more_remainder(mesh.cells[cell], leaf)) <=
                                                  largest_proved * std::min(glm::length(leaf.a), glm::length(leaf.b));
   });
+}
+
+// Bounds of |s_uvv| and |s_vvv| of a bicubic piece, in its own parameters, also an eighth beyond it.
+glm::dvec2 third_derivatives(const BezierPiece& piece) {
+  const auto at = [&](int i, int j) { return dvec3(piece.points[std::size_t(4 * j + i)]); };
+  glm::dvec2 greatest(0.0);
+  for (int i = 0; i < 4; i++) {
+    for (int j = 0; j < 2 && i < 3; j++) {
+      const dvec3 right = at(i + 1, j) - 2.0 * at(i + 1, j + 1) + at(i + 1, j + 2),
+                  left = at(i, j) - 2.0 * at(i, j + 1) + at(i, j + 2);
+      greatest.x = std::max(greatest.x, 18 * glm::length(right - left));
+    }
+    greatest.y = std::max(greatest.y, 6 * glm::length(at(i, 3) - 3.0 * at(i, 2) + 3.0 * at(i, 1) - at(i, 0)));
+  }
+  // Weights of control points beyond the piece, in sum: degree 2 × 1, and 3 in u.
+  const double wide = reach + 1e-9;
+  return {greatest.x * std::pow(wide, 3), greatest.y * std::pow(wide, 3)};
 }
 
 // Bounds of a cell by one tube, which is `delta` wide.
@@ -132,6 +149,7 @@ void add_tube(const StreamMesh& mesh, std::size_t number, const StreamSection& s
   const glm::dvec2 size = cell.upper - cell.lower;
   const double wide = 0.5 * (reach - 1);
   const std::optional<PieceBounds> bounds = mesh.pieces->bounds(number, {glm::dvec2(-wide), glm::dvec2(1 + wide)});
+  const glm::dvec2 bounds_of_third = third_derivatives(mesh.pieces->pieces()[number]);
   const std::vector<StreamNode>& nodes = line.nodes[std::size_t(part)];
   const double first = (cell.lower.y - wide * size.y - section.start) / section.interval(),
                last = (cell.upper.y + wide * size.y - section.start) / section.interval();
@@ -150,14 +168,17 @@ void add_tube(const StreamMesh& mesh, std::size_t number, const StreamSection& s
     const double off_u = tube[r].eta + glm::distance(dvec3(n.u), p.u / size.x);
     const double off_v = double(glm::length(n.uv)) * delta + double(n.slope) * tube[r].rho +
                          0.5 * tube[r].bend * radius * radius + glm::distance(dvec3(n.v), p.v / size.y);
-    // From the middle of the tube to its sides, and to the next row on either side.
-    const double to_row = 0.5 * std::abs(section.interval());
-    const double more_u =
-        largest(bounds->uu) / (size.x * size.x) * delta +
-        (largest(bounds->uv) / (size.x * size.y) + double(n.slope) * double(glm::length(n.u))) * to_row;
-    const double more_v =
-        largest(bounds->uv) / (size.x * size.y) * delta +
-        (largest(bounds->vv) / (size.y * size.y) + double(n.slope) * double(glm::length(n.v))) * to_row;
+    // From the middle of the tube to its sides; and half way to the next rows, by the rates of what was compared and
+    // bounds of how these change.
+    const double to_row = 0.5 * std::abs(section.interval()), slope = n.slope, bend = tube[r].bend;
+    const double width = double(glm::length(n.u)), speed = double(glm::length(n.v));
+    const double turns_u = (bend * speed + slope * slope) * width, turns_v = (bend * speed + slope * slope) * speed;
+    const double more_u = largest(bounds->uu) / (size.x * size.x) * delta +
+                          to_row * (glm::distance(dvec3(n.uv), p.uv / (size.x * size.y)) +
+                                    to_row * (turns_u + bounds_of_third.x / (size.x * size.y * size.y)));
+    const double more_v = largest(bounds->uv) / (size.x * size.y) * delta +
+                          to_row * (glm::distance(dvec3(n.vv), p.vv / (size.y * size.y)) +
+                                    to_row * (turns_v + bounds_of_third.y / (size.y * size.y * size.y)));
     cell.off_u = std::max(cell.off_u, off_u + more_u);
     cell.off_v = std::max(cell.off_v, off_v + more_v);
     if (!std::isfinite(cell.off_u + cell.off_v)) return;
@@ -178,7 +199,7 @@ void prove_cells(FlowQueries& flow, const VectorFieldDefinition& field, const Se
   };
   // Streamlines of their own, with as many rows as bounds need.
   StreamLines lines(flow, field, curve, {mesh.lower.y, mesh.upper.y}, cells.tolerance_of_step());
-  for (int s = 0; s < int(lines.sections().size()); s++) lines.set_rows(s, cells.sections()[std::size_t(s)].rows / 2);
+  for (int s = 0; s < int(lines.sections().size()); s++) lines.set_rows(s, cells.sections()[std::size_t(s)].rows);
   for (int parts = 1; parts <= most_parts; parts *= 4) {
     std::map<std::tuple<int, std::int32_t, std::int32_t, bool>, Proof> groups;
     for (std::size_t i = 0; i < mesh.cells.size(); i++) {

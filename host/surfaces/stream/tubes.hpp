@@ -13,9 +13,9 @@
 
 namespace smurf {
 
-// Whether leaves of a cell still exclude and isolate roots of the true surface: with its remainder instead of the
-// patch's. `cell` has the bounds.
-glm::dvec3 stream_remainder(const StreamCell& cell, const PatchLeaf& leaf);
+// By how much the remainder of a leaf (patches/leaves.hpp) is greater, in each component, for the true surface than for
+// the patch of its cell. Infinite where there are no bounds.
+double more_remainder(const StreamCell& cell, const PatchLeaf& leaf);
 
 // Tells of every cell whether tubes prove what its leaves say. As tubes grow with the square of δ, more streamlines
 // than the mesh has are traced where that helps. Times begin at the seed.
