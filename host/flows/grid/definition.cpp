@@ -48,6 +48,12 @@ Bounds GridFlow::bounds() const {
   return bounds;
 }
 
+double GridFlow::greatest_bend(const Bounds& box) const {
+  if (reconstruction != VectorReconstruction::tricubic) return std::numeric_limits<double>::infinity();
+  std::call_once(bends_made_, [this] { bends_ = std::make_unique<const GridBends>(grid); });
+  return bends_->within(box);
+}
+
 std::vector<Fact> GridFlow::facts() const {
   const glm::dmat3& axes = grid.placement.axes;
   std::vector<Fact> facts{

@@ -1,7 +1,11 @@
 // A vector field on a regular grid.
 #pragma once
 
+#include <memory>
+#include <mutex>
+
 #include "flows/definition.hpp"
+#include "flows/grid/bends.hpp"
 
 namespace smurf {
 
@@ -14,6 +18,7 @@ class GridFlow final : public VectorFieldDefinition {
   Bounds bounds() const override;
   int smoothness() const override { return reconstruction == VectorReconstruction::tricubic ? 2 : 0; }
   double greatest_speed() const override { return greatest_speed_; }
+  double greatest_bend(const Bounds& box) const override;  // of tricubic fields
   std::vector<Fact> facts() const override;
 
   const VectorGrid grid;
@@ -22,6 +27,8 @@ class GridFlow final : public VectorFieldDefinition {
  private:
   double greatest_speed_ = 0;
   std::size_t non_finite_ = 0;
+  mutable std::once_flag bends_made_;
+  mutable std::unique_ptr<const GridBends> bends_;
 };
 
 }  // namespace smurf

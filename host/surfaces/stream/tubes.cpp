@@ -15,10 +15,10 @@ namespace {
 using glm::dvec3;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double reach = leaf_reach;     // bounds hold so far beyond a cell
-constexpr int lattice = 24;              // of boxes over the field, each with its bound of D²v
-constexpr double largest_proved = 0.35;  // of the shorter tangent, how long a remainder may be that isolates
-constexpr int most_parts = 64;           // streamlines across a cell
+constexpr double reach = leaf_reach;    // bounds hold so far beyond a cell
+constexpr int lattice = 24;             // of boxes over the field, each with its bound of D²v
+constexpr double largest_proved = 0.3;  // of the shorter tangent, how long a remainder may be that isolates
+constexpr int most_parts = 64;          // streamlines across a cell
 constexpr std::size_t most_seeds = 1 << 14;
 constexpr int most_turns = 30;  // of the bound within one interval
 
@@ -121,7 +121,7 @@ struct Proof {
 
 bool is_proved(const StreamMesh& mesh, std::size_t cell, std::span<const PatchLeaf> leaves) {
   return std::ranges::all_of(leaves, [&](const PatchLeaf& leaf) {
-    return leaf.kind == LeafKind::regular && glm::length(leaf.e + more_remainder(mesh.cells[cell], leaf)) <=
+    return leaf.kind == LeafKind::regular && glm::length(leaf.e) + more_remainder(mesh.cells[cell], leaf) <=
                                                  largest_proved * std::min(glm::length(leaf.a), glm::length(leaf.b));
   });
 }
