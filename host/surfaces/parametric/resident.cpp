@@ -35,6 +35,7 @@ class ResidentParametric final : public ResidentSurface {
         std::max<std::size_t>(surface.patches.size(), 1));
     modules_["surface"] = kernel_source("patch/surface.inc");
     modules_["frame"] = kernel_source("patch/frame.inc");
+    modules_["map"] = kernel_source("patch/no_map.inc");
     defines_.merge(form_.defines());
   }
 

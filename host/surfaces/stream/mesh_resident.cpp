@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 
 #include "kernels/patch/layout.inc"
 #include "kernels/stream/mesh_layout.inc"
 #include "surfaces/patch_form.hpp"
+#include "surfaces/stream/flow_map.hpp"
 #include "surfaces/stream/mesh.hpp"
 #include "surfaces/stream/resident.hpp"
 #include "surfaces/stream/tubes.hpp"
@@ -19,7 +21,7 @@ static_assert(TREE_NOTHING == StreamMesh::no_cell);
 
 class ResidentStreamMesh final : public ResidentSurface {
  public:
-  ResidentStreamMesh(const StreamSurface& surface, Executor& executor)
+  ResidentStreamMesh(const StreamSurface& surface, Executor& executor, const PrepareOptions& options)
       : mesh_(surface.mesh(&executor)), form_(mesh_.bounds) {
     std::vector<ParameterBox> borders;
     for (const StreamBorder& border : mesh_.borders) borders.push_back({border.lower, border.upper});
@@ -35,19 +37,29 @@ class ResidentStreamMesh final : public ResidentSurface {
         tree, 1);
     modules_["surface"] = kernel_source("patch/surface.inc");
     modules_["position"] = kernel_source("stream/cells.inc");
-    modules_["frame"] = kernel_source("patch/frame.inc");
     defines_ = form_.defines();
     defines_["BEZIER_U"] = defines_["BEZIER_V"] = "3";
     defines_["BEZIER_RATIONAL"] = "0";
     const bool flat = surface.options().derivatives == StreamDerivatives::mesh;
     defines_["STREAM_CURVED"] = mesh_.is_smooth && !flat ? "1" : "0";
     defines_["STREAM_FLAT"] = flat ? "1" : "0";
+    const StreamDerivatives derivatives = surface.options().derivatives;
+    const bool integrates =
+        derivatives == StreamDerivatives::integrated || derivatives == StreamDerivatives::neighbours;
+    if (integrates) map_.emplace(surface, executor, options);
+    if (map_) map_->add_to(modules_, defines_);
+    modules_["map"] = kernel_source(map_ ? "stream/mesh_map.inc" : "patch/no_map.inc");
+    modules_["frame"] = kernel_source(integrates ? "stream/frame.inc" : "patch/frame.inc");
   }
 
   const std::map<std::string, std::string>& modules() const override { return modules_; }
   const std::map<std::string, std::string>& defines() const override { return defines_; }
-  BufferGroup buffers() const override { return form_.buffers(); }
-  std::size_t bytes() const override { return form_.bytes(); }
+  BufferGroup buffers() const override {
+    BufferGroup buffers = form_.buffers();
+    if (map_) map_->add_to(buffers);
+    return buffers;
+  }
+  std::size_t bytes() const override { return form_.bytes() + (map_ ? map_->bytes() : 0); }
   int room_words() const override { return PATCH_ROOM_WORDS; }
   bool update(const SurfaceDefinition&) override { return false; }
 
@@ -82,14 +94,15 @@ class ResidentStreamMesh final : public ResidentSurface {
 
   const StreamMesh& mesh_;
   PatchForm form_;
+  std::optional<StreamMap> map_;  // where properties are integrated
   std::map<std::string, std::string> modules_, defines_;
 };
 
 }  // namespace
 
 std::unique_ptr<ResidentSurface> reside_stream_mesh(const StreamSurface& surface, Executor& executor,
-                                                    const PrepareOptions&) {
-  return std::make_unique<ResidentStreamMesh>(surface, executor);
+                                                    const PrepareOptions& options) {
+  return std::make_unique<ResidentStreamMesh>(surface, executor, options);
 }
 
 }  // namespace smurf
