@@ -388,19 +388,35 @@ StreamCells::Verdict StreamCells::judge(const LatticeBox& box, double& deviation
   return halves ? Verdict::split_u : Verdict::gap;
 }
 
-// Where a streamline ends before the box does.
+// Where a streamline ends before the box does: halved until what is missing is small.
 StreamCells::Verdict StreamCells::judge_incomplete(const LatticeBox& box) const {
-  const std::int32_t middle = box.column + box.columns / 2, end = box.column + box.columns;
-  // The row of the box that is next to the seed.
-  const std::int32_t near = box.row < 0 ? box.row + box.rows : box.row;
-  const StreamNode *first = node(box.strip, box.column, near), *last = node(box.strip, end, near),
-                   *between = box.columns > 1 ? node(box.strip, middle, near) : first;
-  if (!first && !last && !between) return Verdict::nothing;
-  if (box.rows > 1) return Verdict::split_v;
-  const bool wide = !first || !last || !between ||
-                    glm::distance(first->x, between->x) + glm::distance(between->x, last->x) > widest_border * extent_;
+  const bool before = box.row < 0;
+  const std::int32_t near = before ? box.row + box.rows : box.row;  // the row that is next to the seed
+  const auto section = std::size_t(section_of(box));
+  std::array<dvec3, 3> begin, end;
+  bool any = false;
+  for (int i = 0; i < 3; i++) {
+    const StreamLine* of = line(box.strip, box.column + i * box.columns / 2);
+    if (!of || of->nodes[section].empty()) of = nullptr;
+    const auto reached = of ? of->reached(int(section)) : 0, from = std::abs(near), to = from + box.rows;
+    any = any || (of && reached >= from);
+    const auto at = [&](int row) { return dvec3(of->nodes[section][std::size_t(std::min(row, reached))].x); };
+    begin[std::size_t(i)] = of ? at(from) : dvec3(INFINITY);
+    end[std::size_t(i)] = of ? (reached >= to ? at(to) : dvec3(of->last[section])) : dvec3(INFINITY);
+  }
+  if (!any) return Verdict::nothing;
+  const auto wide = [&](const std::array<dvec3, 3>& p) {
+    return glm::distance(p[0], p[1]) + glm::distance(p[1], p[2]);
+  };
+  const double width = std::max(wide(begin), wide(end));
+  const double length =
+      std::max({glm::distance(begin[0], end[0]), glm::distance(begin[1], end[1]), glm::distance(begin[2], end[2])});
+  const bool is_short = length <= widest_border * extent_;
+  if (box.rows > 1 && !is_short && !(width > 2 * length)) return Verdict::split_v;
+  const bool is_narrow = width <= widest_border * extent_;
   // Ends that jump are never near each other.
-  if (box.columns > 1 && wide && box.columns > base_columns() >> 8) return Verdict::split_u;
+  if (box.columns > base_columns() >> 8 && !is_narrow) return Verdict::split_u;
+  if (box.rows > 1 && !is_short) return Verdict::split_v;
   const Border border = border_of(box);
   const dvec3 size = border.upper - border.lower;
   return std::max({size.x, size.y, size.z}) > widest_border_box * extent_ ? Verdict::gap : Verdict::border;

@@ -211,26 +211,37 @@ dvec3 with_beyond(const dvec3& second, const std::array<dvec3, 4>& beyond, doubl
   return second + (1 - 6 * along * (1 - along)) * mean;
 }
 
-// Of the curvature across the middle streamline, at its ends in the cell, relative to the greater of all that is there.
+// What second derivatives along the normal are off by, relative to the greatest of them there, where streamlines tell
+// what they are: on the middle one, and half way along those at the sides.
 double curvature_error(const StreamCells& cells, const LatticeBox& box, const BezierPiece& piece,
                        const StreamCell& cell) {
-  if (box.columns < 2) return 0;
   double greatest = 0;
-  for (const int end : {0, 1}) {
-    const StreamNode& n = *cells.node(box.strip, box.column + box.columns / 2, box.row + end * box.rows);
-    const PatchPoint p =
-        evaluate(piece, 0.5 * (piece.lower.x + piece.upper.x), end == 0 ? piece.lower.y : piece.upper.y);
-    const dvec3 u(n.u), v(n.v), normal = glm::cross(u, v);
-    const double area = glm::length(normal);
-    if (!(area > 1e-3 * glm::length(u) * glm::length(v))) continue;
-    // Of the directions across and along the streamline.
-    const double width = area / glm::length(v), speed = glm::length(v);
-    const dvec3 off = with_beyond(p.uu, cell.beyond_uu, 0.5, end, 0.5) - dvec3(n.uu);
-    const double wrong = std::abs(glm::dot(off, normal)) / area / (width * width);
-    const double bent = std::max({std::abs(glm::dot(dvec3(n.uu), normal)) / area / (width * width),
-                                  std::abs(glm::dot(dvec3(n.uv), normal)) / area / (width * speed),
-                                  std::abs(glm::dot(dvec3(n.vv), normal)) / area / (speed * speed)});
-    if (bent > 0) greatest = std::max(greatest, wrong / bent);
+  const glm::dvec2 size = cell.upper - cell.lower;
+  for (int i = 0; i < 3; i++) {
+    for (int j = 0; j < 3; j++) {
+      const std::int32_t columns = i * box.columns / 2, rows = j * box.rows / 2;
+      const bool corner = i != 1 && j != 1;
+      const bool halved = (i != 1 || box.columns > 1) && (j != 1 || box.rows > 1);
+      const StreamNode* n = halved && !corner ? cells.node(box.strip, box.column + columns, box.row + rows) : nullptr;
+      if (!n) continue;
+      const double s = 0.5 * i, t = 0.5 * j;
+      const PatchPoint p = evaluate(piece, cell.lower.x + s * size.x, cell.lower.y + t * size.y);
+      const dvec3 u(n->u), v(n->v), normal = glm::cross(u, v);
+      const double area = glm::length(normal);
+      if (!(area > 1e-3 * glm::length(u) * glm::length(v))) continue;
+      // Of the directions across and along the streamline.
+      const double speed = glm::length(v), width = area / speed;
+      const auto curvature = [&](const dvec3& second, double scale) {
+        return std::abs(glm::dot(second, normal)) / area / scale;
+      };
+      const dvec3 off_uu = with_beyond(p.uu, cell.beyond_uu, s, t, s) - dvec3(n->uu),
+                  off_vv = with_beyond(p.vv, cell.beyond_vv, s, t, t) - dvec3(n->vv), off_uv = p.uv - dvec3(n->uv);
+      const double wrong = std::max(
+          {curvature(off_uu, width * width), curvature(off_uv, width * speed), curvature(off_vv, speed * speed)});
+      const double bent = std::max({curvature(dvec3(n->uu), width * width), curvature(dvec3(n->uv), width * speed),
+                                    curvature(dvec3(n->vv), speed * speed)});
+      if (wrong > 0 && bent > 0) greatest = std::max(greatest, wrong / bent);
+    }
   }
   return greatest;
 }
@@ -359,7 +370,8 @@ StreamMesh make_stream_mesh(FlowQueries& flow, const VectorFieldDefinition& fiel
     mesh.deviation = std::max(mesh.deviation, cells.deviation(box, fitting));
     if (mesh.is_smooth) {
       add_beyond(cells, box, pieces.back(), cell);
-      mesh.curvature_error = std::max(mesh.curvature_error, curvature_error(cells, box, pieces.back(), cell));
+      cell.curvature_error = curvature_error(cells, box, pieces.back(), cell);
+      mesh.curvature_error = std::max(mesh.curvature_error, cell.curvature_error);
     }
     mesh.cells.push_back(cell);
   }

@@ -31,6 +31,7 @@ struct StreamCell {
   // What x_uu and x_ττ have beyond those of the patch, at (least u, least τ), (greatest u, least τ), (least u, greatest
   // τ), (greatest u, greatest τ); 0 of fields that are not smooth.
   std::array<glm::dvec3, 4> beyond_uu{}, beyond_vv{};
+  double curvature_error = 0;  // of the interpolated curvature, relative, as far as it was measured
   // Tubes about streamlines prove that the derivatives of the true surface by u and τ are within off_u and off_v of the
   // patch's, also an eighth of the cell beyond its sides, so that what leaves prove of the patch they prove of it.
   // `proved`: rays that are not too oblique have at most one root in a leaf.
@@ -69,7 +70,7 @@ struct StreamMesh {
   std::uint64_t steps = 0;
   std::size_t proved = 0;        // cells
   double deviation = 0;          // the greatest that was measured
-  double curvature_error = 0;    // of the interpolated normal curvatures, relative, the greatest that was measured
+  double curvature_error = 0;    // the greatest
   std::vector<glm::dvec2> gaps;  // ranges of u where the surface is torn
   double seconds = 0;
 };

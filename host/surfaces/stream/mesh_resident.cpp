@@ -17,6 +17,7 @@ namespace smurf {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double greatest_error = 5e-4;  // of interpolated curvature, relative
 static_assert(TREE_NOTHING == StreamMesh::no_cell);
 
 class ResidentStreamMesh final : public ResidentSurface {
@@ -46,10 +47,12 @@ class ResidentStreamMesh final : public ResidentSurface {
     const StreamDerivatives derivatives = surface.options().derivatives;
     const bool integrates =
         derivatives == StreamDerivatives::integrated || derivatives == StreamDerivatives::neighbours;
-    if (integrates) map_.emplace(surface, executor, options);
+    const bool rough = derivatives == StreamDerivatives::interpolated && mesh_.curvature_error > greatest_error;
+    if (integrates || rough) map_.emplace(surface, executor, options);
     if (map_) map_->add_to(modules_, defines_);
     modules_["map"] = kernel_source(map_ ? "stream/mesh_map.inc" : "patch/no_map.inc");
-    modules_["frame"] = kernel_source(integrates ? "stream/frame.inc" : "patch/frame.inc");
+    modules_["frame"] =
+        kernel_source(integrates ? "stream/frame.inc" : (rough ? "stream/mesh_frame.inc" : "patch/frame.inc"));
   }
 
   const std::map<std::string, std::string>& modules() const override { return modules_; }
@@ -84,7 +87,8 @@ class ResidentStreamMesh final : public ResidentSurface {
     for (std::size_t i = 0; i < mesh_.cells.size(); i++) {
       const StreamCell& cell = mesh_.cells[i];
       form_.put_bezier(i, mesh_.pieces->pieces()[i], mesh_.lower, false);
-      Words words(form_.points);
+      Words records(form_.pieces), words(form_.points);
+      records.put(PIECE_WORDS * i + PIECE_ROUGH, std::int32_t(cell.curvature_error > greatest_error ? 1 : 0));
       std::size_t at = words.add(CELL_BEYOND_WORDS);
       const glm::dvec2 size = cell.upper - cell.lower;
       for (const glm::dvec3& uu : cell.beyond_uu) words.put(at, uu * size.x * size.x * form_.frame().unit), at += 3;

@@ -119,6 +119,16 @@ struct Proof {
   std::size_t first_seed = 0;
 };
 
+// Whether four times as many streamlines may prove a cell: what they leave is a fourth or less. Where tubes have no
+// bounds at all there is hope once.
+bool may_be_proved(const StreamMesh& mesh, std::size_t cell, std::span<const PatchLeaf> leaves, int parts) {
+  if (!std::isfinite(mesh.cells[cell].off_u + mesh.cells[cell].off_v)) return parts <= 4;
+  return std::ranges::all_of(leaves, [&](const PatchLeaf& leaf) {
+    return more_remainder(mesh.cells[cell], leaf) <=
+           4 * largest_proved * std::min(glm::length(leaf.a), glm::length(leaf.b));
+  });
+}
+
 bool is_proved(const StreamMesh& mesh, std::size_t cell, std::span<const PatchLeaf> leaves) {
   return std::ranges::all_of(leaves, [&](const PatchLeaf& leaf) {
     return leaf.kind == LeafKind::regular && glm::length(leaf.e) + more_remainder(mesh.cells[cell], leaf) <=
@@ -204,7 +214,7 @@ void prove_cells(FlowQueries& flow, const VectorFieldDefinition& field, const Se
     std::map<std::tuple<int, std::int32_t, std::int32_t, bool>, Proof> groups;
     for (std::size_t i = 0; i < mesh.cells.size(); i++) {
       const LatticeBox& box = cells.cells()[i];
-      if (mesh.cells[i].proved) continue;
+      if (mesh.cells[i].proved || (parts > 1 && !may_be_proved(mesh, i, leaves_of(i), parts))) continue;
       Proof& proof = groups[{box.strip, box.column, box.columns, box.row < 0}];
       proof.cells.push_back(i);
       const double width = mesh.cells[i].upper.x - mesh.cells[i].lower.x, beyond = 0.5 * (reach - 1) * width;
