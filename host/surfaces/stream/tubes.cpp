@@ -119,13 +119,13 @@ struct Proof {
   std::size_t first_seed = 0;
 };
 
-// Whether four times as many streamlines may prove a cell: what they leave is a fourth or less. Where tubes have no
-// bounds at all there is hope once.
+// Whether more streamlines may prove a cell: what they leave falls as their number grows, and faster where tubes are
+// wide. Where there are no bounds at all there is hope twice.
 bool may_be_proved(const StreamMesh& mesh, std::size_t cell, std::span<const PatchLeaf> leaves, int parts) {
-  if (!std::isfinite(mesh.cells[cell].off_u + mesh.cells[cell].off_v)) return parts <= 4;
+  if (!std::isfinite(mesh.cells[cell].off_u + mesh.cells[cell].off_v)) return parts <= 16;
   return std::ranges::all_of(leaves, [&](const PatchLeaf& leaf) {
     return more_remainder(mesh.cells[cell], leaf) <=
-           4 * largest_proved * std::min(glm::length(leaf.a), glm::length(leaf.b));
+           4.0 * most_parts / parts * largest_proved * std::min(glm::length(leaf.a), glm::length(leaf.b));
   });
 }
 
