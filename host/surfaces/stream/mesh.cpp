@@ -126,7 +126,7 @@ class Corners {
     StreamCorner corner{dvec3(n.x), dvec3(n.u), dvec3(n.v), dvec3(n.uv)};
     for (std::int32_t length = 2; length <= cells_.base_columns(); length *= 2) {
       const std::int32_t start = key.column & ~(length - 1);
-      if (start == key.column) break;
+      if (start == key.column) continue;
       if (!sides_.contains({true, key.row, start, length})) continue;
       const StreamCorner a = at({key.strip, start, key.row}), b = at({key.strip, start + length, key.row});
       const double from = cells_.u_at(start), h = cells_.u_at(start + length) - from;
@@ -136,7 +136,7 @@ class Corners {
     }
     for (std::int32_t length = 2; length <= cells_.base_rows(); length *= 2) {
       const std::int32_t start = key.row & ~(length - 1);
-      if (start == key.row) break;
+      if (start == key.row) continue;
       const auto side = sides_.find({false, key.column, start, length});
       if (side == sides_.end()) continue;
       const StreamCorner a = at({side->second, key.column, start}), b = at({side->second, key.column, start + length});
