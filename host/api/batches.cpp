@@ -109,6 +109,7 @@ class DeviceQueries final : public SurfaceQueries {
         continue;
       }
       if (!first_only) hits_seen_ = std::max({hits_seen_, most, 1});
+      if (surface_->polishes()) polish_hits(tile, capacity);
       rows_->begin(tile, {counts_.get(), slots_.get(), most, blocks, rays_in_block_}, rays.size(), rows_per_ray_, hits);
       const std::size_t next = tile.first + tile.count;
       tile.count = 0;
@@ -152,6 +153,7 @@ class DeviceQueries final : public SurfaceQueries {
     properties_.emplace(executor_, *surface_, coordinates_);
     rows_.emplace(executor_, coordinates_);
     if (surface_->room_words() > 0) finish_hits_ = program(KernelId::finish_hits, "0");
+    if (surface_->polishes()) polish_hits_ = program(KernelId::polish_hits, "0");
     count_blocks_ = {KernelId::count_blocks, {}, {}};
     list_open_ = {KernelId::list_open, {}, {}};
   }
@@ -293,6 +295,19 @@ class DeviceQueries final : public SurfaceQueries {
     }
   }
 
+  void polish_hits(const Tile& tile, int capacity) {
+    launch(executor_, polish_hits_,
+           arguments::polish_hits{.surface = surface_->buffers(),
+                                  .rays = tile.rays,
+                                  .counts = counts_.get(),
+                                  .slots = slots_.get(),
+                                  .first = int(tile.offset),
+                                  .count = int(tile.count),
+                                  .stride = int(tile.stride),
+                                  .capacity = capacity},
+           tile.count);
+  }
+
   // No hit is lost in silence.
   void require_whole(const std::vector<BlockSum>& blocks, const Tile& tile) const {
     for (const BlockSum& block : blocks) {
@@ -323,7 +338,7 @@ class DeviceQueries final : public SurfaceQueries {
   bool coordinates_;         // hits have surface coordinates
   int hits_seen_ = 0;        // most hits of a ray in batches of all hits; 0 before the first
   double rows_per_ray_ = 0;  // of the last batch
-  Program find_hits_, finish_hits_, count_blocks_, list_open_;
+  Program find_hits_, finish_hits_, polish_hits_, count_blocks_, list_open_;
   std::optional<RowWriter> rows_;
   std::optional<PropertyMeasurement> properties_;
 

@@ -23,13 +23,14 @@ static_assert(TREE_NOTHING == StreamMesh::no_cell);
 class ResidentStreamMesh final : public ResidentSurface {
  public:
   ResidentStreamMesh(const StreamSurface& surface, Executor& executor, const PrepareOptions& options)
-      : mesh_(surface.mesh(&executor)), form_(mesh_.bounds) {
+      : mesh_(surface.mesh(&executor)), form_(mesh_.bounds), polishes_(surface.options().polish) {
     std::vector<ParameterBox> borders;
     for (const StreamBorder& border : mesh_.borders) borders.push_back({border.lower, border.upper});
     const std::vector<PatchLeaf> leaves = surface.leaves();
     form_.add_pieces(*mesh_.pieces, mesh_.topology, leaves, borders);
     const std::size_t tree = put_tree();
     put_cells();
+    put_borders();
     form_.upload(
         executor, leaves, mesh_.bounds,
         [&](const PatchLeaf& leaf) {
@@ -48,8 +49,9 @@ class ResidentStreamMesh final : public ResidentSurface {
     const bool integrates =
         derivatives == StreamDerivatives::integrated || derivatives == StreamDerivatives::neighbours;
     const bool rough = derivatives == StreamDerivatives::interpolated && mesh_.curvature_error > greatest_error;
-    if (integrates || rough) map_.emplace(surface, executor, options);
+    if (integrates || rough || polishes_) map_.emplace(surface, executor, options);
     if (map_) map_->add_to(modules_, defines_);
+    if (polishes_) modules_["polish"] = kernel_source("stream/polish.inc");
     modules_["map"] = kernel_source(map_ ? "stream/mesh_map.inc" : "patch/no_map.inc");
     modules_["frame"] =
         kernel_source(integrates ? "stream/frame.inc" : (rough ? "stream/mesh_frame.inc" : "patch/frame.inc"));
@@ -64,6 +66,7 @@ class ResidentStreamMesh final : public ResidentSurface {
   }
   std::size_t bytes() const override { return form_.bytes() + (map_ ? map_->bytes() : 0); }
   int room_words() const override { return PATCH_ROOM_WORDS; }
+  bool polishes() const override { return polishes_; }
   bool update(const SurfaceDefinition&) override { return false; }
 
  private:
@@ -96,8 +99,20 @@ class ResidentStreamMesh final : public ResidentSurface {
     }
   }
 
+  // Where nothing is known but a box, positions are NaN.
+  void put_borders() {
+    if (mesh_.borders.empty()) return;
+    Words records(form_.pieces), words(form_.points);
+    const std::size_t at = words.add(CELL_BEYOND + CELL_BEYOND_WORDS);
+    for (std::size_t i = 0; i < CELL_BEYOND + CELL_BEYOND_WORDS; i++)
+      words.put(at + i, std::numeric_limits<float>::quiet_NaN());
+    for (std::size_t i = 0; i < mesh_.borders.size(); i++)
+      records.put(PIECE_WORDS * (mesh_.cells.size() + i) + PIECE_POINTS, std::int32_t(at));
+  }
+
   const StreamMesh& mesh_;
   PatchForm form_;
+  const bool polishes_;
   std::optional<StreamMap> map_;  // where properties are integrated
   std::map<std::string, std::string> modules_, defines_;
 };

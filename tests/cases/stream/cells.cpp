@@ -16,7 +16,7 @@
 #include "surfaces/stream/definition.hpp"
 #include "surfaces/stream/mesh.hpp"
 
-KERNELS(find_hits, finish_hits, measure, trace_lines, sample_flow);
+KERNELS(find_hits, finish_hits, polish_hits, measure, trace_lines, sample_flow);
 
 namespace smurf::test {
 namespace {
@@ -186,6 +186,57 @@ TEST(StreamCells, FitWithoutCracksWhereTheirSizesDiffer) {
               << " flagged\n";
     EXPECT_EQ(wrong, 0u);
     EXPECT_LE(flagged, aims.size() / 200);
+  }
+}
+
+// Chords of the bounds.
+RayBatch chords_of(const Surface& surface, std::size_t count) {
+  const Bounds bounds = surface.bounds();
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  const auto within = [&] {
+    return bounds.lower + dvec3(uniform(random), uniform(random), uniform(random)) * (bounds.upper - bounds.lower);
+  };
+  RayBatch rays(count);
+  for (std::size_t i = 0; i < count; i++) {
+    const dvec3 through = within(), d = glm::normalize(within() - through), from = through - 30.0 * d;
+    rays.set(i, {glm::vec3(from), glm::vec3(d)});
+  }
+  return rays;
+}
+
+TEST(StreamCells, HitsArePolishedToTheSurfaceItself) {
+  Scene scene = abc_scene(2);
+  scene.options.tolerance = 1e-3;
+  for (const TestDevice& on : one_of_each()) {
+    if (on.device.is_reference()) continue;
+    SCOPED_TRACE(on.label);
+    double greatest[2] = {0, 0};
+    std::size_t found[2] = {0, 0};
+    for (const bool polish : {false, true}) {
+      scene.options.polish = polish;
+      const Surface surface = scene.with(StreamDerivatives::integrated);
+      const Interrogator query(on.device, surface);
+      const HitList hits = query.cast(chords_of(surface, on.slow ? 500 : 20000), {.hits = Hits::all});
+      const PointProperties exact = query.properties_at(hits.coordinates(), Property::location | Property::normal);
+      for (std::size_t h = 0; h < hits.size(); h++) {
+        if (hits.status()[h] != HitStatus::isolated && hits.status()[h] != HitStatus::sampled) continue;
+        // Off the tangent plane: along the surface (u, v) are as exact as floats of them.
+        const double off =
+            std::abs(glm::dot(dvec3(exact.location[h]) - dvec3(hits.locations()[h]), dvec3(exact.normal[h])));
+        if (std::isnan(off)) continue;
+        found[polish]++;
+        greatest[polish] = std::max(greatest[polish], off);
+      }
+    }
+    std::cout << on.label << ": " << found[1] << " hits, off by " << greatest[0] << ", polished " << greatest[1]
+              << "\n";
+    EXPECT_GT(found[1], on.slow ? 100u : 5000u);
+    EXPECT_NEAR(double(found[0]), double(found[1]), 0.01 * double(found[0]));
+    EXPECT_LE(greatest[0], 1e-3);
+    // t is a float of 30.
+    EXPECT_LE(greatest[1], 2e-5);
+    EXPECT_LT(greatest[1], 0.1 * greatest[0]);
   }
 }
 
