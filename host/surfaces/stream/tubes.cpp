@@ -209,7 +209,7 @@ void prove_cells(FlowQueries& flow, const VectorFieldDefinition& field, const Se
   };
   // Streamlines of their own, with as many rows as bounds need.
   StreamLines lines(flow, field, curve, {mesh.lower.y, mesh.upper.y}, cells.tolerance_of_step());
-  for (int s = 0; s < int(lines.sections().size()); s++) lines.set_rows(s, cells.sections()[std::size_t(s)].rows);
+  for (int s = 0; s < int(lines.sections().size()); s++) lines.set_rows(s, cells.sections()[std::size_t(s)].rows / 2);
   for (int parts = 1; parts <= most_parts; parts *= 4) {
     std::map<std::tuple<int, std::int32_t, std::int32_t, bool>, Proof> groups;
     for (std::size_t i = 0; i < mesh.cells.size(); i++) {
