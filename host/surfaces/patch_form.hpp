@@ -66,8 +66,9 @@ class PatchForm {
   // begins. `rational`: with weights.
   void put_bezier(std::size_t number, const BezierPiece& piece, const glm::dvec2& start, bool rational);
 
-  // Uploads what was assembled, and the leaves in the order of their hierarchy. `more` tells what the remainder of a leaf
-  // has to be more (kernels/patch/layout.inc); `bounds` is that of the surface; parts begin at word `parts` of the pieces.
+  // Uploads what was assembled, and the leaves in the order of their hierarchy. `more` tells by
+  // how much the remainder of a leaf has to be greater (kernels/patch/layout.inc); `bounds` are those of the surface;
+  // parts begin at word `parts` of the pieces.
   void upload(Executor& executor, const std::vector<PatchLeaf>& leaves, const Bounds& bounds,
               const std::function<double(const PatchLeaf&)>& more, std::size_t parts, std::size_t part_count);
 

@@ -29,9 +29,9 @@ namespace smurf {
 // hold the roots of the expression with its constants in double. A ray that lies in a surface s(u, v) over a stretch
 // has one `unresolved` hit for it, but none on a flat patch. `bracketed` (black boxes, which are known by their values
 // alone): the computed values at the ends of the enclosure have opposite signs, or one is 0; a continuous function has
-// a root there. Nothing is proved: other roots between samples may have been missed. `sampled` (stream surfaces): a root
-// that was found where the stretching of the flow is more than bounds can follow; that there is no other next to it is
-// not proved.
+// a root there. Nothing is proved: other roots between samples may have been missed. `sampled` (stream surfaces): a
+// root that was found where the flow stretches more than bounds can follow; that there is no other next to it is not
+// proved.
 enum class HitStatus : std::uint32_t { isolated = 1, tangent = 2, unresolved = 3, bracketed = 4, sampled = 5 };
 std::string_view name_of(HitStatus status);
 

@@ -19,7 +19,7 @@ namespace smurf {
 
 struct StreamNode {
   glm::vec3 x{0.0f}, u{0.0f}, v{0.0f}, uu{0.0f}, uv{0.0f}, vv{0.0f};
-  // The greatest eigenvalue of the symmetric part of Dv, or of -Dv before the seed: how fast neighbours go apart at most.
+  // How fast neighbours go apart at most: the greatest eigenvalue of the symmetric part of Dv, or of -Dv before the seed.
   float rate = 0;
   float slope = 0;  // |Dv|, of Frobenius
 };
