@@ -3,7 +3,7 @@
 // implementation.
 //
 //   kernel-sweep DEVICE LANES [WHAT ...]     grids by sample type, as in "uint8"; "mesh", "black-box", "parametric",
-//                                            "nurbs", "flow"; all when none is given
+//                                            "nurbs", "flow", "stream"; all when none is given
 //
 // Exit codes: 0 all agree, 1 a difference or an error, 3 there is no such device.
 #include <fmt/format.h>
@@ -22,6 +22,7 @@
 #include "smurf/error.hpp"
 #include "smurf/flow.hpp"
 #include "smurf/interrogator.hpp"
+#include "smurf/stream.hpp"
 #include "truth/analytic.hpp"
 #include "truth/meshes.hpp"
 #include "truth/parametric_rays.hpp"
@@ -163,6 +164,39 @@ class Sweep {
     std::printf("%-22s %zu hits\n", what_.c_str(), hits.size());
   }
 
+  // A helicoid, by a method: rays across it, and properties at hits and next to them. The truth is the closed form.
+  void run_stream(const char* what, const StreamOptions& options) {
+    what_ = what;
+    const VectorField field = expression_flow({"-y", "x", "0.3"}, {glm::dvec3(-2), glm::dvec3(2)});
+    const Interrogator query(device_, stream_surface(field, seed_expression({"u", "0", "0"}, {0.3, 1.2}), options));
+    RayBatch rays(96);
+    std::vector<float> height, radius;
+    for (std::size_t i = 0; i < rays.size(); i++) {
+      const float u = 0.32f + 0.009f * float(i), angle = 0.1f + 0.014f * float(i);
+      rays.set(i, {{u * std::cos(angle), u * std::sin(angle), -1}, {0, 0, 1}});
+      height.push_back(1 + 0.3f * angle);
+      radius.push_back(u);
+    }
+    const HitList hits = query.cast(rays, {.hits = Hits::all, .tile = 64});
+    expect(hits.size() == rays.size(), "one hit a ray");
+    if (hits.size() != rays.size()) return;
+    std::vector<float> u, gauss;
+    for (std::size_t i = 0; i < rays.size(); i++) {
+      u.push_back(hits.coordinates()[i].u);
+      const double square = 0.09 + double(radius[i]) * double(radius[i]);
+      gauss.push_back(float(-0.09 / (square * square)));
+    }
+    expect_close("t", difference(hits.t(), height), 2e-4);
+    expect_close("u", difference(u, radius), 2e-4);
+    expect_close("gauss", difference(hits.gauss_curvatures(), gauss), 1e-3);
+    const PointProperties near = query.probe(hits.locations(), std::uint32_t(Property::location));
+    double off = 0;
+    for (std::size_t i = 0; i < hits.size(); i++)
+      off = std::max(off, double(glm::distance(near.location[i], hits.locations()[i])));
+    expect_close("nearest", off, 5e-4);
+    std::printf("%-22s %zu hits\n", what_.c_str(), hits.size());
+  }
+
   // Samples, and lines by both integrators with their variation, of a field and of a reconstruction of it.
   void run_flow(const char* what, const VectorField& field, int variation) {
     what_ = what;
@@ -297,6 +331,12 @@ int main(int count, char** words) {
       sweep.run_flow("flow, tricubic grid", grid_flow(grid, VectorReconstruction::tricubic), 2);
       sweep.run_flow("flow, curvilinear", curvilinear_flow({block}), 1);
       sweep.run_flow("flow, tricubic", curvilinear_flow({block}, VectorReconstruction::tricubic), 2);
+    }
+    if (wanted("stream")) {
+      const glm::dvec2 time(0, 1.5);
+      sweep.run_stream("stream, cells", {.time = time, .tolerance = 2e-4});
+      sweep.run_stream("stream, polished",
+                       {.time = time, .tolerance = 2e-4, .derivatives = StreamDerivatives::integrated, .polish = true});
     }
     if (wanted("black-box")) sweep.run_black_box(implicit(box, domain));
     return sweep.failures() == 0 ? 0 : 1;
