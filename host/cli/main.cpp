@@ -41,6 +41,7 @@ struct CommandLine {
   CastCommand cast;
   ProbeCommand probe;
   TraceCommand trace;
+  ExportCommand export_mesh;
   RenderCommand render;
   CompareCommand compare;
   BenchOptions bench;
@@ -50,6 +51,7 @@ struct CommandLine {
   void declare_inform(CLI::App& app);
   void declare_query(CLI::App& app);
   void declare_trace(CLI::App& app);
+  void declare_export(CLI::App& app);
   void declare_render(CLI::App& app);
   void declare_compare(CLI::App& app);
   void declare_bench(CLI::App& app);
@@ -101,6 +103,7 @@ void CommandLine::declare(CLI::App& app) {
   declare_inform(app);
   declare_query(app);
   declare_trace(app);
+  declare_export(app);
   declare_render(app);
   declare_compare(app);
   declare_bench(app);
@@ -175,6 +178,14 @@ void CommandLine::declare_trace(CLI::App& app) {
   add_output(verb, trace.output, "LINES.csv",
              "One row per position; .vtp in place of .csv writes polylines as VTK XML");
   chosen(verb, [this] { run_trace(trace, common); });
+}
+
+void CommandLine::declare_export(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("export", "A stream surface as polygons, with u and tau, normals and curvature");
+  add_surface(verb, export_mesh.surface);
+  add_device(verb, export_mesh.device);
+  add_output(verb, export_mesh.output, "MESH.vtp|.ply", "VTK XML, or PLY (binary)");
+  chosen(verb, [this] { run_export(export_mesh, common); });
 }
 
 void CommandLine::declare_render(CLI::App& app) {
