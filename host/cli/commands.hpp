@@ -76,6 +76,7 @@ struct CompareCommand {
   std::uint64_t seed = 1;
   int apron = 12;
   std::optional<double> margin;
+  bool asks_for_samples = false;  // resolutions, apron or margin, which a stream surface has no use for
   DeviceChoice device;
 };
 
