@@ -394,4 +394,22 @@ void require_fitting(const Program& program, std::size_t variables, std::size_t 
                                             program.variables, program.roots.size(), variables, results));
 }
 
+bool has_creases(const Graph& graph) {
+  for (NodeId id = 0; id < graph.size(); id++) {
+    switch (graph[id].op) {
+      case Op::abs:
+      case Op::sign:
+      case Op::floor:
+      case Op::min:
+      case Op::max:
+      case Op::mod:
+      case Op::choose:
+        return true;
+      default:
+        break;
+    }
+  }
+  return false;
+}
+
 }  // namespace smurf::expression

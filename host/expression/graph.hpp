@@ -137,4 +137,7 @@ void run_program(const Program& program, const Variable& variable, const Apply& 
   for (std::size_t i = 0; i < results.size(); i++) results[i] = values[program.roots[i]];
 }
 
+// Whether derivatives may jump where the function is defined.
+bool has_creases(const Graph& graph);
+
 }  // namespace smurf::expression

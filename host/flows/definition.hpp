@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <string_view>
 #include <utility>
@@ -30,6 +31,8 @@ class VectorFieldDefinition {
   virtual int smoothness() const = 0;
   // Of the samples; NaN where that is not known.
   virtual double greatest_speed() const = 0;
+  // A bound of |D²v[a, a]| for |a| = 1 in a box; infinite where none is known. May be called by threads at once.
+  virtual double greatest_bend(const Bounds& box) const;
   virtual std::vector<Fact> facts() const = 0;
 
   // Told beside the facts: how the field was read from a file. What reads it sets them, before anyone else has the
@@ -40,5 +43,9 @@ class VectorFieldDefinition {
  private:
   mutable std::vector<Fact> notes_;
 };
+
+inline double VectorFieldDefinition::greatest_bend(const Bounds&) const {
+  return std::numeric_limits<double>::infinity();
+}
 
 }  // namespace smurf

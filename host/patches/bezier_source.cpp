@@ -67,6 +67,12 @@ BezierSource::BezierSource(std::span<const Patch> patches, double weld) {
     for (BezierPiece& piece : bezier_pieces(patches[n], std::uint32_t(n))) pieces_.push_back(std::move(piece));
   }
   weld_borders(pieces_, weld);
+  make_all_nets();
+}
+
+BezierSource::BezierSource(std::vector<BezierPiece> pieces) : pieces_(std::move(pieces)) { make_all_nets(); }
+
+void BezierSource::make_all_nets() {
   for (const BezierPiece& piece : pieces_) {
     nets_.push_back(make_nets(piece));
     for (std::size_t d = 0; d < 2; d++) degree_[d] = std::max(degree_[d], piece.degree[d]);

@@ -14,6 +14,8 @@ class BezierSource : public PieceSource {
   // Valid patches. Where the control points of two borders are the same within `weld` times the extent, with the same
   // weights, both get the same points to the bit; so do all points of a border that is collapsed within a tenth of it.
   explicit BezierSource(std::span<const Patch> patches, double weld = 1e-6);
+  // Pieces as they are.
+  explicit BezierSource(std::vector<BezierPiece> pieces);
 
   std::size_t size() const override { return pieces_.size(); }
   ParameterBox range(std::size_t) const override { return {}; }
@@ -43,6 +45,7 @@ class BezierSource : public PieceSource {
     double weight = 1;                   // the greatest
   };
   struct Hull;
+  void make_all_nets();
   static Nets make_nets(const BezierPiece& piece);
   static Hull hull(const Net& net, const ParameterBox& box, const glm::dvec3& origin);
 

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -35,9 +36,27 @@ ExpressionFlow::ExpressionFlow(const std::array<std::string, 3>& vector, const D
       nodes_[12 + 3 * k + c] =
           expression::derivative(graph_, nodes_[3 + 3 * std::size_t(second[k].first) + c], second[k].second);
   }
+  if (!expression::has_creases(graph_)) bends_.emplace(graph_, std::span(nodes_).subspan(12));
 }
 
 double ExpressionFlow::greatest_speed() const { return std::numeric_limits<double>::quiet_NaN(); }
+
+// The length of the vector of the norms (of Frobenius) of the components' second derivatives.
+double ExpressionFlow::greatest_bend(const Bounds& box) const {
+  if (!bends_) return std::numeric_limits<double>::infinity();
+  std::array<expression::Interval, 3> at;
+  for (std::size_t axis = 0; axis < 3; axis++) at[axis] = {box.lower[int(axis)], box.upper[int(axis)]};
+  std::array<expression::Interval, 18> bends;
+  std::vector<expression::Interval> scratch;
+  (*bends_)(at, bends, scratch);
+  double squares = 0;
+  for (std::size_t k = 0; k < bends.size(); k++) {
+    const double greatest = std::max(std::abs(bends[k].low), std::abs(bends[k].high));
+    if (!bends[k].defined || !std::isfinite(greatest)) return std::numeric_limits<double>::infinity();
+    squares += (k < 9 ? 1 : 2) * greatest * greatest;  // xx, yy, zz, then xy, xz, yz
+  }
+  return std::sqrt(squares) * (1 + 1e-12);
+}
 
 std::vector<Fact> ExpressionFlow::facts() const {
   return {{"vector", fmt::format("({}, {}, {})", expression::excerpt(texts[0]), expression::excerpt(texts[1]),

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "expression/graph.hpp"
+#include "expression/interval.hpp"
 #include "flows/definition.hpp"
 
 namespace smurf {
@@ -16,6 +18,7 @@ class ExpressionFlow final : public VectorFieldDefinition {
   Bounds bounds() const override { return {domain.lower, domain.upper}; }
   int smoothness() const override { return 3; }
   double greatest_speed() const override;
+  double greatest_bend(const Bounds& box) const override;
   std::vector<Fact> facts() const override;
 
   const std::array<std::string, 3> texts;
@@ -26,6 +29,7 @@ class ExpressionFlow final : public VectorFieldDefinition {
 
  private:
   expression::Graph graph_;
+  std::optional<expression::IntervalEvaluator> bends_;  // of the second derivatives
   std::array<expression::NodeId, 30> nodes_{};
 };
 

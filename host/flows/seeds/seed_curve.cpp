@@ -8,10 +8,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <utility>
 
 #include "expression/evaluate.hpp"
+#include "expression/interval.hpp"
 #include "expression/parser.hpp"
 #include "smurf/error.hpp"
 
@@ -53,6 +55,7 @@ class Polyline : public SeedCurve {
     if (x == 1) return {points_[i + 1], along};
     return {points_[i] + x * along, along};
   }
+  double greatest_bend(double, double) const override { return 0; }
   std::vector<double> corners() const override {
     std::vector<double> found;
     for (std::size_t i = 1; i + 1 < points_.size(); i++)
@@ -87,6 +90,14 @@ class Spline : public SeedCurve {
     return {a * points_[i] + b * points_[i + 1] + ((a * a * a - a) * m0 + (b * b * b - b) * m1) / 6.0,
             points_[i + 1] - points_[i] + ((1 - 3 * a * a) * m0 + (3 * b * b - 1) * m1) / 6.0, a * m0 + b * m1};
   }
+  // c'' is linear between points.
+  double greatest_bend(double lower, double upper) const override {
+    double greatest = std::max(glm::length(at(lower).second), glm::length(at(upper).second));
+    for (std::size_t i = 0; i < bends_.size(); i++) {
+      if (double(i) >= lower && double(i) <= upper) greatest = std::max(greatest, glm::length(bends_[i]));
+    }
+    return greatest * (1 + 1e-12);
+  }
 
  private:
   std::vector<glm::dvec3> points_;
@@ -96,7 +107,7 @@ class Spline : public SeedCurve {
 class Expressions : public SeedCurve {
  public:
   Expressions(const std::array<std::string, 3>& position, const glm::dvec2& range, const Parameters& parameters)
-      : range_(range), evaluate_(programs_of(position, parameters)) {
+      : range_(range), programs_(programs_of(position, parameters)) {
     if (!std::isfinite(range.x) || !std::isfinite(range.y) || !(range.x < range.y))
       fail(fmt::format("u: the range [{}, {}] must be two finite numbers, the lesser first", range.x, range.y));
     check_extent();
@@ -107,16 +118,41 @@ class Expressions : public SeedCurve {
     const double place = std::clamp(u, range_.x, range_.y);
     std::array<double, 9> c{};
     std::vector<double> scratch;
-    evaluate_(std::span(&place, 1), c, scratch);
+    programs_.evaluate(std::span(&place, 1), c, scratch);
     for (std::size_t k = 0; k < 3; k++) {
       if (!std::isfinite(c[k]))
         fail(fmt::format("position[{}]: {} at u = {}", k, std::isnan(c[k]) ? "undefined" : "infinite", place));
     }
     return {{c[0], c[1], c[2]}, {c[3], c[4], c[5]}, {c[6], c[7], c[8]}};
   }
+  double greatest_bend(double lower, double upper) const override {
+    if (programs_.has_creases) return std::numeric_limits<double>::infinity();
+    constexpr int parts = 8;
+    double greatest = 0;
+    std::vector<expression::Interval> scratch;
+    for (int i = 0; i < parts; i++) {
+      const expression::Interval u{std::lerp(lower, upper, double(i) / parts),
+                                   std::lerp(lower, upper, (i + 1.0) / parts)};
+      std::array<expression::Interval, 3> c{};
+      programs_.bends(std::span(&u, 1), c, scratch);
+      double squares = 0;
+      for (const expression::Interval& one : c) {
+        if (!one.defined) return std::numeric_limits<double>::infinity();
+        squares += std::max(one.low * one.low, one.high * one.high);
+      }
+      greatest = std::max(greatest, squares);
+    }
+    const double bend = std::sqrt(greatest) * (1 + 1e-12);
+    return std::isnan(bend) ? std::numeric_limits<double>::infinity() : bend;
+  }
 
  private:
-  static expression::Evaluator programs_of(const std::array<std::string, 3>& position, const Parameters& parameters) {
+  struct Programs {
+    expression::Evaluator evaluate;       // c, c', c''
+    expression::IntervalEvaluator bends;  // c''
+    bool has_creases;
+  };
+  static Programs programs_of(const std::array<std::string, 3>& position, const Parameters& parameters) {
     using expression::derivative, expression::NodeId;
     const std::string u = "u";
     expression::Graph graph;
@@ -129,7 +165,7 @@ class Expressions : public SeedCurve {
       }
     }
     for (std::size_t k = 0; k < 6; k++) roots[k + 3] = derivative(graph, roots[k], 0);
-    return {graph, roots};
+    return {{graph, roots}, {graph, std::span(roots).subspan(6)}, expression::has_creases(graph)};
   }
 
   // A curve that is one point at 17 places that do not repeat is taken to be one.
@@ -144,7 +180,7 @@ class Expressions : public SeedCurve {
   }
 
   glm::dvec2 range_;
-  expression::Evaluator evaluate_;
+  Programs programs_;
 };
 
 }  // namespace

@@ -29,6 +29,8 @@ class SeedCurve {
   // u is clamped to the range. At a corner the derivatives are the mean of those of both sides.
   // Throws Error (input) where the position is undefined or infinite.
   virtual SeedPoint at(double u) const = 0;
+  // A bound of |c''| for u from `lower` to `upper`, between corners; infinite where none is known.
+  virtual double greatest_bend(double lower, double upper) const = 0;
   // Where c' jumps inside of the range, ascending; those of expressions are not known.
   virtual std::vector<double> corners() const { return {}; }
 

@@ -87,7 +87,7 @@ const StreamMesh& StreamSurface::mesh(Executor* executor) const {
   if (device) executor = &device->executor();
   const std::unique_ptr<FlowQueries> flow =
       executor ? trace_on_device(*executor, share_field(), {}) : trace_by_reference(field());
-  kept_->mesh = make_stream_mesh(*flow, field(), seed(), {options_.time, options_.tolerance});
+  kept_->mesh = make_stream_mesh(*flow, field(), seed(), options_.time, options_.tolerance);
   return *kept_->mesh;
 }
 
@@ -99,6 +99,13 @@ std::uint32_t StreamSurface::properties() const {
 }
 
 std::vector<Fact> StreamSurface::facts() const { return {}; }
+
+StreamPolygons stream_polygons(const Surface& surface) {
+  const auto* stream = dynamic_cast<const StreamSurface*>(&surface.model());
+  if (!stream)
+    throw Error(ErrorCode::usage, fmt::format("polygons are those of stream surfaces, not of kind \"{}\"", surface.kind()));
+  return stream->mesh().polygons;
+}
 
 RootResolver StreamSurface::root_resolver() const { return {}; }
 

@@ -1,13 +1,369 @@
 #include "surfaces/stream/mesh.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <unordered_map>
+
+#include "numerics/parallel.hpp"
 #include "smurf/error.hpp"
+#include "surfaces/stream/cells.hpp"
+#include "surfaces/stream/tubes.hpp"
 
 namespace smurf {
+namespace {
 
-StreamMesh make_stream_mesh(FlowQueries&, const VectorFieldDefinition&, const SeedCurve&, const StreamMeshRequest&) {
-  throw Error(ErrorCode::usage, "not there yet");
+using glm::dvec2;
+using glm::dvec3;
+
+constexpr int seeds_looked_at = 257;
+constexpr double along_flow = 1e-6;        // the sine of an angle that is none
+constexpr double of_tolerance = 1.0 / 64;  // what one step of an integrator may err by
+constexpr double least_tolerance = 2e-8;   // of a step, of the extent: floats do no better
+
+[[noreturn]] void refuse(const std::string& message) { throw Error(ErrorCode::input, message); }
+
+double extent_of(const Bounds& bounds) {
+  const dvec3 size = bounds.upper - bounds.lower;
+  return std::max({size.x, size.y, size.z});
 }
 
-StreamPolygons stream_polygons(const Surface&) { throw Error(ErrorCode::usage, "not there yet"); }
+void require_surface(FlowQueries& flow, const VectorFieldDefinition& field, const SeedCurve& curve) {
+  const FlowSeeds seeds = curve.sample(seeds_looked_at);
+  std::vector<glm::vec3> points;
+  for (const dvec3& p : seeds.positions) points.emplace_back(p);
+  const FlowSamples samples = flow.sample(points, 0);
+  std::size_t inside = 0, moving = 0, across = 0;
+  for (std::size_t i = 0; i < points.size(); i++) {
+    if (samples.status[i] != FlowStatus::inside) continue;
+    inside++;
+    const dvec3 v(samples.value[i]), &u = seeds.tangents[i];
+    const double speed = glm::length(v);
+    if (speed == 0) continue;
+    moving++;
+    if (!(glm::length(glm::cross(u, v)) <= along_flow * glm::length(u) * speed)) across++;
+  }
+  const Bounds bounds = field.bounds();
+  const dvec3 &a = bounds.lower, &b = bounds.upper, &p = seeds.positions.front();
+  if (inside == 0)
+    refuse(
+        fmt::format("seed: no place of the curve lies in the field; it begins at ({:g}, {:g}, {:g}), and the field "
+                    "reaches from ({:g}, {:g}, {:g}) to ({:g}, {:g}, {:g})",
+                    p.x, p.y, p.z, a.x, a.y, a.z, b.x, b.y, b.z));
+  if (moving == 0) refuse("seed: the field is zero all along the curve; nothing moves there");
+  if (across == 0)
+    refuse(
+        "seed: the curve runs along the flow throughout, and its streamlines are one line; a surface needs a curve "
+        "across the flow");
+}
+
+// ---- Corners that fit
+
+struct NodeKey {
+  int strip;
+  std::int32_t column, row;
+  bool operator==(const NodeKey&) const = default;
+};
+struct SideKey {
+  bool along_u;
+  std::int32_t fixed, start, length;
+  bool operator==(const SideKey&) const = default;
+};
+std::size_t mixed(std::size_t hash, std::int64_t value) {
+  return (hash ^ std::size_t(value)) * 0x9e3779b97f4a7c15u + (hash >> 29);
+}
+struct Hash {
+  std::size_t operator()(const NodeKey& k) const { return mixed(mixed(std::size_t(k.strip), k.column), k.row); }
+  std::size_t operator()(const SideKey& k) const {
+    return mixed(mixed(mixed(std::size_t(k.along_u), k.fixed), k.start), k.length);
+  }
+};
+
+// The cubic of a value and its derivative at both ends of a side of length h, at s of [0, 1].
+struct Cubic {
+  dvec3 value, slope;
+};
+Cubic cubic_at(const dvec3& a, const dvec3& da, const dvec3& b, const dvec3& db, double h, double s) {
+  const double s2 = s * s, s3 = s2 * s;
+  return {(1 - 3 * s2 + 2 * s3) * a + (3 * s2 - 2 * s3) * b + h * ((s - 2 * s2 + s3) * da + (s3 - s2) * db),
+          (6 * s - 6 * s2) / h * (b - a) + (1 - 4 * s + 3 * s2) * da + (3 * s2 - 2 * s) * db};
+}
+
+class Corners {
+ public:
+  explicit Corners(const StreamCells& cells) : cells_(cells) {
+    for (const LatticeBox& box : cells.cells()) {
+      for (const std::int32_t end : {0, 1}) {
+        sides_.emplace(SideKey{true, box.row + end * box.rows, box.column, box.columns}, box.strip);
+        sides_.emplace(SideKey{false, box.column + end * box.columns, box.row, box.rows}, box.strip);
+      }
+    }
+  }
+
+  std::array<StreamCorner, 4> of(const LatticeBox& box) {
+    std::array<StreamCorner, 4> result;
+    for (int i = 0; i < 4; i++)
+      result[std::size_t(i)] = at({box.strip, box.column + (i % 2) * box.columns, box.row + (i / 2) * box.rows});
+    return result;
+  }
+
+ private:
+  // A corner is on larger cells' sides at most two deep along each of a few lines, so that this ends soon.
+  StreamCorner at(const NodeKey& key) {
+    if (const auto found = known_.find(key); found != known_.end()) return found->second;
+    const StreamCorner corner = make(key);
+    known_.emplace(key, corner);
+    return corner;
+  }
+
+  StreamCorner make(const NodeKey& key) {
+    const StreamNode& n = *cells_.node(key.strip, key.column, key.row);
+    StreamCorner corner{dvec3(n.x), dvec3(n.u), dvec3(n.v), dvec3(n.uv)};
+    for (std::int32_t length = 2; length <= cells_.base_columns(); length *= 2) {
+      const std::int32_t start = key.column & ~(length - 1);
+      if (start == key.column) break;
+      if (!sides_.contains({true, key.row, start, length})) continue;
+      const StreamCorner a = at({key.strip, start, key.row}), b = at({key.strip, start + length, key.row});
+      const double from = cells_.u_at(start), h = cells_.u_at(start + length) - from;
+      const double s = (cells_.u_at(key.column) - from) / h;
+      const Cubic x = cubic_at(a.x, a.u, b.x, b.u, h, s), v = cubic_at(a.v, a.uv, b.v, b.uv, h, s);
+      return {x.value, x.slope, v.value, v.slope};
+    }
+    for (std::int32_t length = 2; length <= cells_.base_rows(); length *= 2) {
+      const std::int32_t start = key.row & ~(length - 1);
+      if (start == key.row) break;
+      const auto side = sides_.find({false, key.column, start, length});
+      if (side == sides_.end()) continue;
+      const StreamCorner a = at({side->second, key.column, start}), b = at({side->second, key.column, start + length});
+      const double from = cells_.time_at(start), h = cells_.time_at(start + length) - from;
+      const double s = (cells_.time_at(key.row) - from) / h;
+      const Cubic x = cubic_at(a.x, a.v, b.x, b.v, h, s);
+      corner.x = x.value;
+      corner.v = x.slope;
+      // Across a corner of the seed curve derivatives by u are those of each side.
+      if (side->second != key.strip) return corner;
+      const Cubic u = cubic_at(a.u, a.uv, b.u, b.uv, h, s);
+      return {x.value, u.value, x.slope, u.slope};
+    }
+    return corner;
+  }
+
+  const StreamCells& cells_;
+  std::unordered_map<SideKey, int, Hash> sides_;
+  std::unordered_map<NodeKey, StreamCorner, Hash> known_;
+};
+
+BezierPiece piece_of(const std::array<StreamCorner, 4>& c, const dvec2& lower, const dvec2& upper) {
+  BezierPiece piece;
+  piece.degree = {3, 3};
+  piece.lower = lower;
+  piece.upper = upper;
+  const dvec2 third = (upper - lower) / 3.0;
+  piece.points.resize(16);
+  for (int j = 0; j < 4; j++) {
+    for (int i = 0; i < 4; i++) {
+      const StreamCorner& p = c[std::size_t(i / 2 + 2 * (j / 2))];
+      const double du = i == 1 ? third.x : (i == 2 ? -third.x : 0), dv = j == 1 ? third.y : (j == 2 ? -third.y : 0);
+      piece.points[std::size_t(4 * j + i)] = glm::dvec4(p.x + du * p.u + dv * p.v + du * dv * p.uv, 1.0);
+    }
+  }
+  return piece;
+}
+
+// ---- What is measured of cells
+
+// What the second derivatives at the corners have beyond those of the patch.
+void add_beyond(const StreamCells& cells, const LatticeBox& box, const BezierPiece& piece, StreamCell& cell) {
+  for (int i = 0; i < 4; i++) {
+    const int at_u = i % 2, at_v = i / 2;
+    const StreamNode& n = *cells.node(box.strip, box.column + at_u * box.columns, box.row + at_v * box.rows);
+    const PatchPoint p =
+        evaluate(piece, at_u == 0 ? piece.lower.x : piece.upper.x, at_v == 0 ? piece.lower.y : piece.upper.y);
+    cell.beyond_uu[std::size_t(i)] = dvec3(n.uu) - p.uu;
+    cell.beyond_vv[std::size_t(i)] = dvec3(n.vv) - p.vv;
+  }
+}
+
+// The second derivative by u with what is beyond the patch: the error of a cubic between ends that are exact is that of
+// a quartic, 1 - 6 s (1 - s) times its value at the ends.
+dvec3 with_beyond(const dvec3& second, const std::array<dvec3, 4>& beyond, double s, double t, double along) {
+  const dvec3 mean = (1 - t) * ((1 - s) * beyond[0] + s * beyond[1]) + t * ((1 - s) * beyond[2] + s * beyond[3]);
+  return second + (1 - 6 * along * (1 - along)) * mean;
+}
+
+// Of the curvature across the middle streamline, at its ends in the cell, relative to the greater of all that is there.
+double curvature_error(const StreamCells& cells, const LatticeBox& box, const BezierPiece& piece,
+                       const StreamCell& cell) {
+  if (box.columns < 2) return 0;
+  double greatest = 0;
+  for (const int end : {0, 1}) {
+    const StreamNode& n = *cells.node(box.strip, box.column + box.columns / 2, box.row + end * box.rows);
+    const PatchPoint p =
+        evaluate(piece, 0.5 * (piece.lower.x + piece.upper.x), end == 0 ? piece.lower.y : piece.upper.y);
+    const dvec3 u(n.u), v(n.v), normal = glm::cross(u, v);
+    const double area = glm::length(normal);
+    if (!(area > 1e-3 * glm::length(u) * glm::length(v))) continue;
+    // Of the directions across and along the streamline.
+    const double width = area / glm::length(v), speed = glm::length(v);
+    const dvec3 off = with_beyond(p.uu, cell.beyond_uu, 0.5, end, 0.5) - dvec3(n.uu);
+    const double wrong = std::abs(glm::dot(off, normal)) / area / (width * width);
+    const double bent = std::max({std::abs(glm::dot(dvec3(n.uu), normal)) / area / (width * width),
+                                  std::abs(glm::dot(dvec3(n.uv), normal)) / area / (width * speed),
+                                  std::abs(glm::dot(dvec3(n.vv), normal)) / area / (speed * speed)});
+    if (bent > 0) greatest = std::max(greatest, wrong / bent);
+  }
+  return greatest;
+}
+
+Bounds bounds_of(const std::vector<BezierPiece>& pieces, const std::vector<StreamBorder>& borders) {
+  Bounds bounds{dvec3(INFINITY), dvec3(-INFINITY)};
+  for (const BezierPiece& piece : pieces) {
+    for (const glm::dvec4& p : piece.points) {
+      bounds.lower = glm::min(bounds.lower, dvec3(p));
+      bounds.upper = glm::max(bounds.upper, dvec3(p));
+    }
+  }
+  for (const StreamBorder& border : borders) {
+    bounds.lower = glm::min(bounds.lower, border.space.lower);
+    bounds.upper = glm::max(bounds.upper, border.space.upper);
+  }
+  return bounds;
+}
+
+// ---- Polygons, and the tree of cells
+
+StreamPolygons polygons_of(const StreamCells& cells) {
+  std::map<std::pair<std::int32_t, std::int32_t>, std::uint32_t> numbers;  // by row, then column
+  std::map<std::int32_t, std::vector<std::int32_t>> rows_of;               // nodes of a column
+  for (const LatticeBox& box : cells.cells()) {
+    for (const std::int32_t i : {0, 1}) {
+      for (const std::int32_t j : {0, 1})
+        numbers.emplace(std::pair(box.row + j * box.rows, box.column + i * box.columns), 0u);
+    }
+  }
+  StreamPolygons polygons;
+  for (auto& [node, number] : numbers) {
+    number = std::uint32_t(polygons.places.size());
+    polygons.places.emplace_back(cells.u_at(node.second), cells.time_at(node.first));
+    rows_of[node.second].push_back(node.first);  // in order
+  }
+  polygons.offsets.push_back(0);
+  for (const LatticeBox& box : cells.cells()) {
+    const std::int32_t left = box.column, right = box.column + box.columns, low = box.row, high = box.row + box.rows;
+    const auto row_of_nodes = [&](std::int32_t row) {
+      std::vector<std::uint32_t> found;
+      for (auto at = numbers.lower_bound({row, left}); at != numbers.end() && at->first.first == row; ++at) {
+        if (at->first.second > right) break;
+        found.push_back(at->second);
+      }
+      return found;
+    };
+    const auto column_of_nodes = [&](std::int32_t column) {  // between low and high
+      std::vector<std::uint32_t> found;
+      const std::vector<std::int32_t>& all = rows_of.at(column);
+      for (auto at = std::ranges::upper_bound(all, low); at != all.end() && *at < high; ++at)
+        found.push_back(numbers.at({*at, column}));
+      return found;
+    };
+    const std::vector<std::uint32_t> bottom = row_of_nodes(low), top = row_of_nodes(high), up = column_of_nodes(right),
+                                     down = column_of_nodes(left);
+    polygons.corners.insert(polygons.corners.end(), bottom.begin(), bottom.end());
+    polygons.corners.insert(polygons.corners.end(), up.begin(), up.end());
+    polygons.corners.insert(polygons.corners.end(), top.rbegin(), top.rend());
+    polygons.corners.insert(polygons.corners.end(), down.rbegin(), down.rend());
+    polygons.offsets.push_back(std::uint32_t(polygons.corners.size()));
+  }
+  return polygons;
+}
+
+void make_tree(const StreamCells& cells, StreamMesh& mesh) {
+  const std::int32_t width = cells.base_columns(), height = cells.base_rows(), lowest = cells.lowest_row();
+  mesh.base = {cells.columns() / width, (cells.highest_row() - lowest) / height};
+  mesh.lower = {cells.u_at(0), cells.time_at(lowest)};
+  mesh.upper = {cells.u_at(cells.columns()), cells.time_at(cells.highest_row())};
+  mesh.zero = cells.time_at(0);
+  mesh.base_before = -lowest / height;
+  mesh.tree.assign(std::size_t(mesh.base.x) * std::size_t(mesh.base.y), StreamMesh::no_cell);
+  for (std::size_t number = 0; number < cells.cells().size(); number++) {
+    const LatticeBox& box = cells.cells()[number];
+    LatticeBox at{box.strip, box.column / width * width, width, lowest + (box.row - lowest) / height * height, height};
+    std::size_t node =
+        std::size_t(at.column / width) + std::size_t(mesh.base.x) * std::size_t((at.row - lowest) / height);
+    // A box is halved in τ first where that was done first: the cells of a box that is halved in u are no taller.
+    while (at.columns > box.columns || at.rows > box.rows) {
+      if (mesh.tree[node] == StreamMesh::no_cell) {
+        const bool in_time = cells.was_halved_in_time(at);
+        mesh.tree[node] = std::int32_t(2 * mesh.tree.size() + (in_time ? 1 : 0));
+        mesh.tree.resize(mesh.tree.size() + 2, StreamMesh::no_cell);
+      }
+      const bool in_time = (mesh.tree[node] & 1) != 0;
+      node = std::size_t(mesh.tree[node] / 2);
+      std::int32_t& size = in_time ? at.rows : at.columns;
+      std::int32_t& start = in_time ? at.row : at.column;
+      size /= 2;
+      if ((in_time ? box.row : box.column) >= start + size) {
+        start += size;
+        node++;
+      }
+    }
+    mesh.tree[node] = -1 - std::int32_t(number);
+  }
+}
+
+}  // namespace
+
+StreamMesh make_stream_mesh(FlowQueries& flow, const VectorFieldDefinition& field, const SeedCurve& seed,
+                            const dvec2& time, double tolerance) {
+  const auto begin = std::chrono::steady_clock::now();
+  require_surface(flow, field, seed);
+  const double extent = extent_of(field.bounds());
+  StreamLines lines(flow, field, seed, time, std::max(of_tolerance * tolerance, least_tolerance * extent));
+  StreamCells cells(lines, seed, tolerance, extent);
+  cells.refine();
+  if (cells.cells().empty())
+    refuse(
+        "time: all streamlines leave the field before the first cell of the surface, or the surface is torn "
+        "throughout; ask for less time");
+
+  StreamMesh mesh;
+  mesh.is_smooth = lines.is_smooth();
+  Corners corners(cells);
+  std::vector<BezierPiece> pieces;
+  for (const LatticeBox& box : cells.cells()) {
+    StreamCell cell;
+    cell.lower = {cells.u_at(box.column), cells.time_at(box.row)};
+    cell.upper = {cells.u_at(box.column + box.columns), cells.time_at(box.row + box.rows)};
+    const std::array<StreamCorner, 4> fitting = corners.of(box);
+    pieces.push_back(piece_of(fitting, cell.lower, cell.upper));
+    mesh.deviation = std::max(mesh.deviation, cells.deviation(box, fitting));
+    if (mesh.is_smooth) {
+      add_beyond(cells, box, pieces.back(), cell);
+      mesh.curvature_error = std::max(mesh.curvature_error, curvature_error(cells, box, pieces.back(), cell));
+    }
+    mesh.cells.push_back(cell);
+  }
+  for (const StreamCells::Border& border : cells.borders()) {
+    const LatticeBox& box = border.box;
+    mesh.borders.push_back({{cells.u_at(box.column), cells.time_at(box.row)},
+                            {cells.u_at(box.column + box.columns), cells.time_at(box.row + box.rows)},
+                            {border.lower, border.upper}});
+  }
+  mesh.bounds = bounds_of(pieces, mesh.borders);
+  prove_cells(field, seed, cells, pieces, mesh);
+  mesh.pieces = std::make_shared<const BezierSource>(std::move(pieces));
+  mesh.topology = join_pieces(*mesh.pieces, extent_of(mesh.bounds));
+  mesh.leaves = make_leaves(*mesh.pieces, mesh.topology, extent_of(mesh.bounds));
+  mesh.polygons = polygons_of(cells);
+  make_tree(cells, mesh);
+  mesh.gaps = cells.gaps();
+  mesh.streamlines = lines.count();
+  mesh.short_lines = lines.short_lines();
+  mesh.steps = lines.steps();
+  mesh.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return mesh;
+}
 
 }  // namespace smurf

@@ -1,0 +1,384 @@
+#include "surfaces/stream/cells.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "numerics/parallel.hpp"
+#include "smurf/error.hpp"
+
+namespace smurf {
+namespace {
+
+using glm::dvec2;
+using glm::dvec3;
+
+constexpr std::int32_t fewest_bases = 32, most_columns = 1 << 30;
+constexpr int cells_in_section = 8;  // to begin with
+constexpr int fewest_rows = 256, most_rows = 8192;
+// Deviations are measured at some places; elsewhere they may be a little greater.
+constexpr double safety = 0.5;
+constexpr double widest_border = 2e-3, widest_border_box = 0.05;  // of the extent
+constexpr std::size_t most_nodes = std::size_t(1) << 22;          // 80 bytes each
+
+// Weights of the values at both ends and of the derivatives there.
+struct Basis {
+  double h0, h1, g0, g1;
+};
+Basis basis(double s) {
+  const double s2 = s * s, s3 = s2 * s;
+  return {1 - 3 * s2 + 2 * s3, 3 * s2 - 2 * s3, s - 2 * s2 + s3, s3 - s2};
+}
+
+dvec3 position_of(const StreamNode& node) { return dvec3(node.x); }
+
+// The cubic between two nodes of a streamline.
+dvec3 along_line(const StreamNode& a, const StreamNode& b, double dt, double t) {
+  const Basis w = basis(t);
+  return w.h0 * dvec3(a.x) + w.h1 * dvec3(b.x) + dt * (w.g0 * dvec3(a.v) + w.g1 * dvec3(b.v));
+}
+
+bool within(double value, double limit) { return value <= limit; }  // false for NaN
+
+}  // namespace
+
+dvec3 hermite_position(const std::array<StreamCorner, 4>& c, double du, double dv, double s, double t) {
+  const Basis a = basis(s), b = basis(t);
+  const auto row = [&](const StreamCorner& p, const StreamCorner& q) {
+    return a.h0 * p.x + a.h1 * q.x + du * (a.g0 * p.u + a.g1 * q.u);
+  };
+  const auto slope = [&](const StreamCorner& p, const StreamCorner& q) {
+    return a.h0 * p.v + a.h1 * q.v + du * (a.g0 * p.uv + a.g1 * q.uv);
+  };
+  return b.h0 * row(c[0], c[1]) + b.h1 * row(c[2], c[3]) + dv * (b.g0 * slope(c[0], c[1]) + b.g1 * slope(c[2], c[3]));
+}
+
+StreamCells::StreamCells(StreamLines& lines, const SeedCurve& curve, double tolerance, double extent)
+    : lines_(lines), tolerance_(tolerance), extent_(extent), range_(curve.range()) {
+  make_strips(curve);
+  for (std::size_t s = 0; s < lines_.sections().size(); s++) lines_.set_rows(int(s), fewest_rows);
+}
+
+// ---- The lattice
+
+void StreamCells::make_strips(const SeedCurve& curve) {
+  const std::vector<double> corners = curve.corners();
+  // Polylines and splines have whole numbers at their points.
+  const double length = range_.y - range_.x;
+  const bool whole = !corners.empty();
+  const auto spans = whole ? std::int32_t(std::lround(length)) : 1;
+  const std::int32_t each = std::max(1, (fewest_bases + spans - 1) / spans);
+  bases_ = spans * each;
+  while (halvings_ > 4 && (std::int64_t(bases_) << halvings_) > most_columns) halvings_--;
+  std::int32_t begin = 0;
+  for (const double corner : corners) {
+    const auto at = std::int32_t(std::lround((corner - range_.x) / length * bases_));
+    strips_.push_back({begin, at});
+    begin = at;
+  }
+  strips_.push_back({begin, bases_});
+}
+
+double StreamCells::u_at(std::int32_t column) const {
+  return column == columns() ? range_.y : range_.x + (range_.y - range_.x) * column / columns();
+}
+
+double StreamCells::time_at(std::int32_t row) const {
+  return (row < 0 ? lines_.sections().front() : lines_.sections().back()).at(std::abs(row));
+}
+
+std::int32_t StreamCells::base_rows() const { return lines_.sections()[0].rows / cells_in_section; }
+std::int32_t StreamCells::lowest_row() const {
+  const StreamSection& first = lines_.sections().front();
+  return first.end < first.start ? -first.rows : 0;
+}
+std::int32_t StreamCells::highest_row() const {
+  const StreamSection& last = lines_.sections().back();
+  return last.end > last.start ? last.rows : 0;
+}
+
+int StreamCells::section_of(const LatticeBox& box) const { return box.row < 0 ? 0 : int(lines_.sections().size()) - 1; }
+
+const StreamLine* StreamCells::line(int strip, std::int32_t column) const {
+  const auto found = index_.find(key(strip, column));
+  return found == index_.end() ? nullptr : &traced_[found->second];
+}
+
+const StreamNode* StreamCells::node(int strip, std::int32_t column, std::int32_t row, bool before) const {
+  const StreamLine* of = line(strip, column);
+  if (!of) return nullptr;
+  const auto section = std::size_t(row < 0 || before ? 0 : lines_.sections().size() - 1);
+  const auto at = std::size_t(std::abs(row));
+  return at < of->nodes[section].size() ? &of->nodes[section][at] : nullptr;
+}
+
+std::array<StreamCorner, 4> StreamCells::corners(const LatticeBox& box) const {
+  std::array<StreamCorner, 4> result;
+  for (int i = 0; i < 4; i++) {
+    const StreamNode* n = node(box.strip, box.column + (i % 2) * box.columns, box.row + (i / 2) * box.rows);
+    result[std::size_t(i)] = {dvec3(n->x), dvec3(n->u), dvec3(n->v), dvec3(n->uv)};
+  }
+  return result;
+}
+
+// ---- Streamlines
+
+void StreamCells::trace(const std::vector<std::pair<int, std::int32_t>>& wanted) {
+  std::vector<StreamSeed> seeds;
+  std::vector<std::int64_t> keys;
+  for (const auto& [strip, column] : wanted) {
+    if (!index_.emplace(key(strip, column), traced_.size() + seeds.size()).second) continue;
+    const Strip& s = strips_[std::size_t(strip)];
+    const bool first = strip > 0 && column == s.begin << halvings_;
+    const bool last = strip + 1 < int(strips_.size()) && column == s.end << halvings_;
+    seeds.push_back({u_at(column), first ? 1 : (last ? -1 : 0)});
+  }
+  for (StreamLine& one : lines_.trace(seeds)) {
+    nodes_ += one.nodes[0].size() + one.nodes[1].size();
+    traced_.push_back(std::move(one));
+  }
+}
+
+// At a corner of the seed curve both strips have the same streamline, with tangents of their own.
+void StreamCells::join_corners() {
+  for (std::size_t s = 1; s < strips_.size(); s++) {
+    const std::int32_t column = strips_[s].begin << halvings_;
+    const StreamLine& left = traced_[index_.at(key(int(s) - 1, column))];
+    StreamLine& right = traced_[index_.at(key(int(s), column))];
+    for (std::size_t part = 0; part < 2; part++) {
+      const std::size_t count = std::min(left.nodes[part].size(), right.nodes[part].size());
+      right.nodes[part].resize(count);
+      for (std::size_t i = 0; i < count; i++) {
+        right.nodes[part][i].x = left.nodes[part][i].x;
+        right.nodes[part][i].v = left.nodes[part][i].v;
+        right.nodes[part][i].vv = left.nodes[part][i].vv;
+      }
+    }
+  }
+}
+
+// Rows as near as streamlines need: between every other one the cubic is then 16 times as far off as in a cell of the
+// least size.
+void StreamCells::choose_rows() {
+  std::vector<std::pair<int, std::int32_t>> wanted;
+  for (std::size_t s = 0; s < strips_.size(); s++) {
+    for (std::int32_t b = strips_[s].begin; b <= strips_[s].end; b++) wanted.emplace_back(int(s), b << halvings_);
+  }
+  while (true) {
+    index_.clear();
+    traced_.clear();
+    nodes_ = 0;
+    trace(wanted);
+    bool enough = true;
+    for (std::size_t part = 0; part < lines_.sections().size(); part++) {
+      const StreamSection& times = lines_.sections()[part];
+      double greatest = 0;
+      for (const StreamLine& one : traced_) {
+        const std::vector<StreamNode>& n = one.nodes[part];
+        for (std::size_t i = 0; i + 2 < n.size(); i += 2) {
+          const dvec3 middle = along_line(n[i], n[i + 2], 2 * times.interval(), 0.5);
+          greatest = std::max(greatest, glm::distance(middle, position_of(n[i + 1])));
+        }
+      }
+      const double per_row = greatest / 16;
+      if (per_row <= 0.1 * tolerance_ || times.rows >= most_rows) continue;
+      lines_.set_rows(int(part), 2 * times.rows);
+      enough = false;
+    }
+    // Sections have as many rows, so that halves of cells are rows in both.
+    const int rows = std::max(lines_.sections().front().rows, lines_.sections().back().rows);
+    for (std::size_t part = 0; part < lines_.sections().size(); part++) lines_.set_rows(int(part), rows);
+    if (enough) break;
+  }
+  join_corners();
+}
+
+// ---- Cells
+
+void StreamCells::refine() {
+  choose_rows();
+  std::vector<LatticeBox> pending;
+  for (std::size_t s = 0; s < strips_.size(); s++) {
+    for (std::int32_t b = strips_[s].begin; b < strips_[s].end; b++) {
+      for (std::int32_t row = lowest_row(); row < highest_row(); row += base_rows())
+        pending.push_back({int(s), b << halvings_, base_columns(), row, base_rows()});
+    }
+  }
+  double before = std::numeric_limits<double>::infinity();
+  while (!pending.empty()) {
+    std::vector<std::pair<int, std::int32_t>> wanted;
+    for (const LatticeBox& box : pending) {
+      if (box.columns > 1) wanted.emplace_back(box.strip, box.column + box.columns / 2);
+    }
+    std::ranges::sort(wanted);
+    wanted.erase(std::ranges::unique(wanted).begin(), wanted.end());
+    const auto more = std::size_t(
+        std::ranges::count_if(wanted, [&](const auto& one) { return !index_.contains(key(one.first, one.second)); }));
+    const auto rows = std::size_t(highest_row() - lowest_row() + 1);
+    if (nodes_ + more * rows > most_nodes)
+      throw Error(ErrorCode::memory,
+                  fmt::format("tolerance: {:g} cannot be met within memory: with {} streamlines of {} rows the surface "
+                              "is still off by {:.3g} in {} cells, and {} more would be needed for the next halving; "
+                              "ask for a greater tolerance or less time",
+                              tolerance_, traced_.size(), rows, before, pending.size(), more));
+    trace(wanted);
+    std::vector<Found> found((pending.size() + 15) / 16);
+    parallel_for(found.size(), [&](std::size_t task) {
+      for (std::size_t i = 16 * task; i < std::min(pending.size(), 16 * (task + 1)); i++)
+        look_at(pending[i], found[task]);
+    });
+    pending.clear();
+    before = 0;
+    for (Found& part : found) {
+      pending.insert(pending.end(), part.next.begin(), part.next.end());
+      cells_.insert(cells_.end(), part.cells.begin(), part.cells.end());
+      halved_in_time_.insert(part.halved_in_time.begin(), part.halved_in_time.end());
+      borders_.insert(borders_.end(), part.borders.begin(), part.borders.end());
+      gaps_.insert(gaps_.end(), part.gaps.begin(), part.gaps.end());
+      before = std::max(before, part.deviation);
+    }
+  }
+  // Gaps that touch are one.
+  std::ranges::sort(gaps_, {}, [](const dvec2& g) { return g.x; });
+  std::vector<dvec2> joined;
+  for (const dvec2& gap : gaps_) {
+    if (!joined.empty() && gap.x <= joined.back().y) {
+      joined.back().y = std::max(joined.back().y, gap.y);
+    } else {
+      joined.push_back(gap);
+    }
+  }
+  gaps_ = std::move(joined);
+}
+
+void StreamCells::look_at(LatticeBox top, Found& found) const {
+  std::vector<LatticeBox> waiting{top};
+  while (!waiting.empty()) {
+    const LatticeBox box = waiting.back();
+    waiting.pop_back();
+    double off = 0;
+    LatticeBox first = box, second = box;
+    switch (judge(box, off)) {
+      case Verdict::leaf:
+        found.cells.push_back(box);
+        break;
+      case Verdict::split_v:
+        found.halved_in_time.push_back(box);
+        first.rows = second.rows = box.rows / 2;
+        second.row += first.rows;
+        waiting.push_back(second);
+        waiting.push_back(first);
+        break;
+      case Verdict::split_u:
+        first.columns = second.columns = box.columns / 2;
+        second.column += first.columns;
+        found.next.push_back(first);
+        found.next.push_back(second);
+        found.deviation = std::max(found.deviation, off);
+        break;
+      case Verdict::border:
+        found.borders.push_back(border_of(box));
+        break;
+      case Verdict::gap:
+        found.gaps.emplace_back(u_at(box.column), u_at(box.column + box.columns));
+        break;
+      case Verdict::nothing:
+        break;
+    }
+  }
+}
+
+StreamCells::Verdict StreamCells::judge(const LatticeBox& box, double& deviation) const {
+  const bool halves = box.columns > 1;
+  const std::int32_t middle = box.column + box.columns / 2, end = box.column + box.columns;
+  for (const std::int32_t column : {box.column, end, halves ? middle : box.column}) {
+    if (!node(box.strip, column, box.row) || !node(box.strip, column, box.row + box.rows)) return judge_incomplete(box);
+  }
+  const std::array<StreamCorner, 4> at = corners(box);
+  const double du = u_at(end) - u_at(box.column), dv = time_at(box.row + box.rows) - time_at(box.row);
+  const double limit = safety * tolerance_;
+  const auto off = [&](std::int32_t column, std::int32_t row, double s) {
+    const double t = double(row - box.row) / box.rows;
+    return glm::distance(hermite_position(at, du, dv, s, t), position_of(*node(box.strip, column, row)));
+  };
+  double sides = 0, across = 0, inside = 0;
+  const auto most = [](double& greatest, double value) {
+    if (!(value <= greatest)) greatest = value;
+  };
+  const std::int32_t step = std::max(1, box.rows / 4);
+  for (std::int32_t row = box.row; row <= box.row + box.rows; row += step) {
+    const bool inner = row > box.row && row < box.row + box.rows;
+    if (inner) most(sides, std::max(off(box.column, row, 0), off(end, row, 1)));
+    if (halves) most(inner ? inside : across, off(middle, row, 0.5));
+  }
+  most(deviation, sides);
+  most(deviation, across);
+  most(deviation, inside);
+  if (within(deviation, limit)) return Verdict::leaf;
+  if (box.rows > 1 && (!within(sides, limit) || (within(across, limit) && inside > 2 * across)))
+    return Verdict::split_v;
+  return halves ? Verdict::split_u : Verdict::gap;
+}
+
+// Where a streamline ends before the box does.
+StreamCells::Verdict StreamCells::judge_incomplete(const LatticeBox& box) const {
+  const std::int32_t middle = box.column + box.columns / 2, end = box.column + box.columns;
+  // The row of the box that is next to the seed.
+  const std::int32_t near = box.row < 0 ? box.row + box.rows : box.row;
+  const StreamNode *first = node(box.strip, box.column, near), *last = node(box.strip, end, near),
+                   *between = box.columns > 1 ? node(box.strip, middle, near) : first;
+  if (!first && !last && !between) return Verdict::nothing;
+  if (box.rows > 1) return Verdict::split_v;
+  const bool wide = !first || !last || !between ||
+                    glm::distance(first->x, between->x) + glm::distance(between->x, last->x) > widest_border * extent_;
+  // Ends that jump are never near each other.
+  if (box.columns > 1 && wide && box.columns > base_columns() >> 8) return Verdict::split_u;
+  const Border border = border_of(box);
+  const dvec3 size = border.upper - border.lower;
+  return std::max({size.x, size.y, size.z}) > widest_border_box * extent_ ? Verdict::gap : Verdict::border;
+}
+
+StreamCells::Border StreamCells::border_of(const LatticeBox& box) const {
+  Border border{box, dvec3(INFINITY), dvec3(-INFINITY)};
+  const auto section = std::size_t(section_of(box));
+  const std::int32_t near = box.row < 0 ? box.row + box.rows : box.row,
+                     far = box.row < 0 ? box.row : box.row + box.rows;
+  for (const std::int32_t column : {box.column, box.column + box.columns / 2, box.column + box.columns}) {
+    const StreamLine* of = line(box.strip, column);
+    if (!of || !node(box.strip, column, near)) continue;
+    const StreamNode* at_far = node(box.strip, column, far);
+    for (const dvec3& p :
+         {dvec3(node(box.strip, column, near)->x), at_far ? dvec3(at_far->x) : dvec3(of->last[section])}) {
+      border.lower = glm::min(border.lower, p);
+      border.upper = glm::max(border.upper, p);
+    }
+  }
+  // Streamlines between those that are known, and their bends.
+  const dvec3 about = 0.25 * (border.upper - border.lower) + tolerance_;
+  border.lower -= about;
+  border.upper += about;
+  return border;
+}
+
+double StreamCells::deviation(const LatticeBox& box, const std::array<StreamCorner, 4>& at) const {
+  const double du = u_at(box.column + box.columns) - u_at(box.column),
+               dv = time_at(box.row + box.rows) - time_at(box.row);
+  double greatest = 0;
+  for (int side = 0; side <= 2; side++) {
+    if (side == 1 && box.columns < 2) continue;
+    const std::int32_t column = box.column + side * (box.columns / 2);
+    const std::int32_t step = std::max(1, box.rows / 4);
+    for (std::int32_t row = box.row; row <= box.row + box.rows; row += step) {
+      const StreamNode* n = node(box.strip, side == 2 ? box.column + box.columns : column, row);
+      if (!n) continue;
+      const double off =
+          glm::distance(hermite_position(at, du, dv, 0.5 * side, double(row - box.row) / box.rows), dvec3(n->x));
+      greatest = std::max(greatest, off);
+    }
+  }
+  return greatest;
+}
+
+}  // namespace smurf

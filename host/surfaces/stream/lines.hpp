@@ -1,0 +1,77 @@
+// Streamlines from places of a seed curve, at rows of even times: what cells of a stream surface are made of.
+//
+// A row holds the position and, by the variational equations, x_u and x_uu; and of the field there x_τ = v,
+// x_uτ = Dv·x_u and x_ττ = Dv·v. Times before the seed and after it are two sections, each with rows of its own: row 0
+// of both is next to the seed. Where times begin apart from 0, seeds are traced there first.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <span>
+#include <vector>
+
+#include "flows/definition.hpp"
+#include "flows/queries.hpp"
+#include "flows/seeds/seed_curve.hpp"
+
+namespace smurf {
+
+struct StreamNode {
+  glm::vec3 x{0.0f}, u{0.0f}, v{0.0f}, uu{0.0f}, uv{0.0f}, vv{0.0f};
+  // The greatest eigenvalue of the symmetric part of Dv, or of -Dv before the seed: how fast neighbours go apart at most.
+  float rate = 0;
+  float slope = 0;  // |Dv|, of Frobenius
+};
+
+struct StreamSection {
+  double start = 0;  // τ of row 0
+  double end = 0;    // τ of the last row; before `start` where lines are traced back
+  int rows = 0;      // the number of the last row
+  double at(int row) const { return row == rows ? end : start + (end - start) * row / rows; }
+  double interval() const { return (end - start) / rows; }
+};
+
+// Of one or two sections.
+struct StreamLine {
+  std::array<std::vector<StreamNode>, 2> nodes{};  // as many as were reached
+  std::array<glm::vec3, 2> last{};                 // the last position, also between rows
+  int reached(int section) const { return int(nodes[std::size_t(section)].size()) - 1; }
+};
+
+// A place of the seed curve, and at corners whether it belongs to what is before or behind: -1 or 1, else 0.
+struct StreamSeed {
+  double u = 0;
+  int side = 0;
+};
+
+class StreamLines {
+ public:
+  // `tolerance`: of one step, in units of space.
+  StreamLines(FlowQueries& flow, const VectorFieldDefinition& field, const SeedCurve& curve, const glm::dvec2& time,
+              double tolerance);
+
+  const std::vector<StreamSection>& sections() const { return sections_; }
+  void set_rows(int section, int rows) { sections_[std::size_t(section)].rows = rows; }
+  bool is_smooth() const { return smooth_; }
+
+  std::vector<StreamLine> trace(std::span<const StreamSeed> seeds);
+
+  std::uint64_t steps() const { return steps_; }
+  std::size_t count() const { return count_; }
+  std::size_t short_lines() const { return short_lines_; }  // that end before the time asked for
+
+ private:
+  void trace_section(int section, const FlowSeeds& seeds, std::span<StreamLine> lines);
+  void fill_fields(int section, std::span<StreamLine> lines);
+
+  FlowQueries& flow_;
+  const SeedCurve& curve_;
+  bool smooth_;
+  double tolerance_;
+  std::vector<StreamSection> sections_;
+  std::uint64_t steps_ = 0;
+  std::size_t count_ = 0, short_lines_ = 0;
+};
+
+}  // namespace smurf
