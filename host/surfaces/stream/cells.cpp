@@ -20,6 +20,9 @@ constexpr int cells_in_section = 8;  // to begin with
 constexpr int fewest_rows = 256, most_rows = 8192;
 // Deviations are measured at some places; elsewhere they may be a little greater.
 constexpr double safety = 0.5;
+constexpr double of_stretched = 1.0 / 16;  // of the tolerance, what the error of one step may grow to
+constexpr double least_tolerance = 2e-9;   // of a step, of the extent: floats do no better
+constexpr double steps_in_noise = 2;
 constexpr double widest_border = 2e-3, widest_border_box = 0.05;  // of the extent
 constexpr std::size_t most_nodes = std::size_t(1) << 22;          // 80 bytes each
 
@@ -83,6 +86,11 @@ void StreamCells::make_strips(const SeedCurve& curve) {
 
 double StreamCells::u_at(std::int32_t column) const {
   return column == columns() ? range_.y : range_.x + (range_.y - range_.x) * column / columns();
+}
+
+dvec2 StreamCells::range_of(int strip) const {
+  const Strip& s = strips_[std::size_t(strip)];
+  return {u_at(s.begin << halvings_), u_at(s.end << halvings_)};
 }
 
 double StreamCells::time_at(std::int32_t row) const {
@@ -159,6 +167,20 @@ void StreamCells::join_corners() {
   }
 }
 
+double StreamCells::greatest_stretch() const {
+  double greatest = 1;
+  for (const StreamLine& one : traced_) {
+    for (const std::vector<StreamNode>& nodes : one.nodes) {
+      if (nodes.empty()) continue;
+      const double first = double(glm::length(nodes[0].u));
+      for (const StreamNode& n : nodes) {
+        if (first > 0) greatest = std::max(greatest, double(glm::length(n.u)) / first);
+      }
+    }
+  }
+  return greatest;
+}
+
 // Rows as near as streamlines need: between every other one the cubic is then 16 times as far off as in a cell of the
 // least size.
 void StreamCells::choose_rows() {
@@ -172,6 +194,12 @@ void StreamCells::choose_rows() {
     nodes_ = 0;
     trace(wanted);
     bool enough = true;
+    // What steps err by is stretched as the seed curve is. Neighbours must not differ by it.
+    const double allowed = std::max(of_stretched * tolerance_ / greatest_stretch(), least_tolerance * extent_);
+    if (lines_.tolerance() > 2 * allowed) {
+      lines_.set_tolerance(allowed);
+      enough = false;
+    }
     for (std::size_t part = 0; part < lines_.sections().size(); part++) {
       const StreamSection& times = lines_.sections()[part];
       double greatest = 0;
@@ -206,6 +234,31 @@ void StreamCells::refine() {
         pending.push_back({int(s), b << halvings_, base_columns(), row, base_rows()});
     }
   }
+  refine_pending(std::move(pending));
+}
+
+void StreamCells::refine_further(const std::vector<std::size_t>& numbers) {
+  std::vector<LatticeBox> pending;
+  std::vector<bool> leaves(cells_.size(), true);
+  for (const std::size_t n : numbers) {
+    const LatticeBox& box = cells_[n];
+    if (box.columns < 2) continue;
+    leaves[n] = false;
+    LatticeBox half = box;
+    half.columns /= 2;
+    pending.push_back(half);
+    half.column += half.columns;
+    pending.push_back(half);
+  }
+  std::size_t kept = 0;
+  for (std::size_t n = 0; n < cells_.size(); n++) {
+    if (leaves[n]) cells_[kept++] = cells_[n];
+  }
+  cells_.resize(kept);
+  refine_pending(std::move(pending));
+}
+
+void StreamCells::refine_pending(std::vector<LatticeBox> pending) {
   double before = std::numeric_limits<double>::infinity();
   while (!pending.empty()) {
     std::vector<std::pair<int, std::int32_t>> wanted;
@@ -290,6 +343,19 @@ void StreamCells::look_at(LatticeBox top, Found& found) const {
   }
 }
 
+// What the integrator errs by, stretched as the seed curve is until then: smaller cells cannot be more exact.
+double StreamCells::noise_of(const LatticeBox& box) const {
+  double stretch = 0;
+  const bool before = box.row < 0;
+  for (const std::int32_t column : {box.column, box.column + box.columns}) {
+    const double first = double(glm::length(node(box.strip, column, 0, before)->u));
+    for (const std::int32_t row : {box.row, box.row + box.rows}) {
+      if (first > 0) stretch = std::max(stretch, double(glm::length(node(box.strip, column, row, before)->u)) / first);
+    }
+  }
+  return steps_in_noise * lines_.tolerance() * stretch;
+}
+
 StreamCells::Verdict StreamCells::judge(const LatticeBox& box, double& deviation) const {
   const bool halves = box.columns > 1;
   const std::int32_t middle = box.column + box.columns / 2, end = box.column + box.columns;
@@ -298,7 +364,7 @@ StreamCells::Verdict StreamCells::judge(const LatticeBox& box, double& deviation
   }
   const std::array<StreamCorner, 4> at = corners(box);
   const double du = u_at(end) - u_at(box.column), dv = time_at(box.row + box.rows) - time_at(box.row);
-  const double limit = safety * tolerance_;
+  const double limit = std::max(safety * tolerance_, noise_of(box));
   const auto off = [&](std::int32_t column, std::int32_t row, double s) {
     const double t = double(row - box.row) / box.rows;
     return glm::distance(hermite_position(at, du, dv, s, t), position_of(*node(box.strip, column, row)));

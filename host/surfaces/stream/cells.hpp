@@ -35,6 +35,8 @@ class StreamCells {
   StreamCells(StreamLines& lines, const SeedCurve& curve, double tolerance, double extent);
   // Throws Error (memory) that says what was reached.
   void refine();
+  // Halves cells, by their numbers in cells(), that turned out to need it, and refines them further.
+  void refine_further(const std::vector<std::size_t>& numbers);
 
   const std::vector<LatticeBox>& cells() const { return cells_; }
   // Where streamlines end within the box: a part of the surface is missing there. The box in space that it lies in.
@@ -57,9 +59,13 @@ class StreamCells {
   // The node of a strip's streamline; null where it was not traced, or does not get there. Row 0 is in both sections,
   // the same but for the rates of what is before and behind it.
   const StreamNode* node(int strip, std::int32_t column, std::int32_t row, bool before = false) const;
+  double tolerance_of_step() const { return lines_.tolerance(); }
+  glm::dvec2 range_of(int strip) const;  // of u
   // Of a box that was halved.
   bool was_halved_in_time(const LatticeBox& box) const { return halved_in_time_.contains(box); }
   std::array<StreamCorner, 4> corners(const LatticeBox& box) const;  // as they were traced
+  // What the integrator may err by there.
+  double noise_of(const LatticeBox& box) const;
   // How far the streamline in the middle of a box, and those along its sides, are from its patch at most.
   double deviation(const LatticeBox& box, const std::array<StreamCorner, 4>& corners) const;
 
@@ -73,12 +79,15 @@ class StreamCells {
   };
   void make_strips(const SeedCurve& curve);
   void choose_rows();
+  double greatest_stretch() const;                                      // of the seed curve, by the flow
   void trace(const std::vector<std::pair<int, std::int32_t>>& wanted);  // strip, column
   void join_corners();
+  void refine_pending(std::vector<LatticeBox> pending);
   void look_at(LatticeBox box, Found& found) const;
   Verdict judge(const LatticeBox& box, double& deviation) const;
   Verdict judge_incomplete(const LatticeBox& box) const;
   Border border_of(const LatticeBox& box) const;
+
   int section_of(const LatticeBox& box) const;
   const StreamLine* line(int strip, std::int32_t column) const;
   static std::int64_t key(int strip, std::int32_t column) { return (std::int64_t(strip) << 32) | std::int64_t(column); }

@@ -103,7 +103,8 @@ std::vector<Fact> StreamSurface::facts() const { return {}; }
 StreamPolygons stream_polygons(const Surface& surface) {
   const auto* stream = dynamic_cast<const StreamSurface*>(&surface.model());
   if (!stream)
-    throw Error(ErrorCode::usage, fmt::format("polygons are those of stream surfaces, not of kind \"{}\"", surface.kind()));
+    throw Error(ErrorCode::usage,
+                fmt::format("polygons are those of stream surfaces, not of kind \"{}\"", surface.kind()));
   return stream->mesh().polygons;
 }
 

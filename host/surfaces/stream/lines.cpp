@@ -75,7 +75,7 @@ void StreamLines::trace_section(int section, const FlowSeeds& seeds, std::span<S
   TraceOptions options;
   options.tolerance = tolerance_;
   options.variation = smooth_ ? 2 : 1;
-  options.stagnation = 0;
+  options.stagnation = -1;  // where nothing moves the surface stays, and its derivatives do not
   // To where the rows begin.
   FlowSeeds begin = seeds;
   std::vector<std::size_t> whose;
@@ -106,7 +106,7 @@ void StreamLines::trace_section(int section, const FlowSeeds& seeds, std::span<S
     std::vector<StreamNode>& nodes = lines[whose[k]].nodes[std::size_t(section)];
     const auto first = std::size_t(traced.offsets[k]), end = std::size_t(traced.offsets[k + 1]);
     // A seed without a field is no row.
-    if (end - first == 1 && traced.end[k] != FlowStatus::time && traced.end[k] != FlowStatus::stagnation) continue;
+    if (end - first == 1 && traced.end[k] != FlowStatus::time) continue;
     nodes.reserve(end - first);
     for (std::size_t i = first; i < end; i++) {
       const double row = double(traced.times[i]) / times.interval();

@@ -54,6 +54,8 @@ class StreamLines {
   const std::vector<StreamSection>& sections() const { return sections_; }
   void set_rows(int section, int rows) { sections_[std::size_t(section)].rows = rows; }
   bool is_smooth() const { return smooth_; }
+  double tolerance() const { return tolerance_; }
+  void set_tolerance(double tolerance) { tolerance_ = tolerance; }
 
   std::vector<StreamLine> trace(std::span<const StreamSeed> seeds);
 

@@ -22,7 +22,9 @@ using glm::dvec3;
 constexpr int seeds_looked_at = 257;
 constexpr double along_flow = 1e-6;        // the sine of an angle that is none
 constexpr double of_tolerance = 1.0 / 64;  // what one step of an integrator may err by
-constexpr double least_tolerance = 2e-8;   // of a step, of the extent: floats do no better
+constexpr double fitting_part = 0.7;       // of the tolerance, where deviations are measured
+constexpr int most_turns = 12;
+constexpr double least_tolerance = 2e-8;  // of a step, of the extent: floats do no better
 
 [[noreturn]] void refuse(const std::string& message) { throw Error(ErrorCode::input, message); }
 
@@ -155,6 +157,21 @@ class Corners {
   std::unordered_map<SideKey, int, Hash> sides_;
   std::unordered_map<NodeKey, StreamCorner, Hash> known_;
 };
+
+// Corners that are moved to a larger cell's side may take a cell beyond the tolerance.
+void refine_to_fit(StreamCells& cells, double tolerance) {
+  for (int turn = 0; turn < most_turns; turn++) {
+    Corners corners(cells);
+    std::vector<std::size_t> off;
+    for (std::size_t i = 0; i < cells.cells().size(); i++) {
+      const LatticeBox& box = cells.cells()[i];
+      if (!(cells.deviation(box, corners.of(box)) <= std::max(fitting_part * tolerance, 2 * cells.noise_of(box))))
+        off.push_back(i);
+    }
+    if (off.empty()) return;
+    cells.refine_further(off);
+  }
+}
 
 BezierPiece piece_of(const std::array<StreamCorner, 4>& c, const dvec2& lower, const dvec2& upper) {
   BezierPiece piece;
@@ -330,6 +347,7 @@ StreamMesh make_stream_mesh(FlowQueries& flow, const VectorFieldDefinition& fiel
 
   StreamMesh mesh;
   mesh.is_smooth = lines.is_smooth();
+  refine_to_fit(cells, tolerance);
   Corners corners(cells);
   std::vector<BezierPiece> pieces;
   for (const LatticeBox& box : cells.cells()) {
@@ -352,12 +370,12 @@ StreamMesh make_stream_mesh(FlowQueries& flow, const VectorFieldDefinition& fiel
                             {border.lower, border.upper}});
   }
   mesh.bounds = bounds_of(pieces, mesh.borders);
-  prove_cells(field, seed, cells, pieces, mesh);
   mesh.pieces = std::make_shared<const BezierSource>(std::move(pieces));
   mesh.topology = join_pieces(*mesh.pieces, extent_of(mesh.bounds));
   mesh.leaves = make_leaves(*mesh.pieces, mesh.topology, extent_of(mesh.bounds));
   mesh.polygons = polygons_of(cells);
   make_tree(cells, mesh);
+  if (time.x <= 0 && time.y >= 0) prove_cells(flow, field, seed, cells, mesh);
   mesh.gaps = cells.gaps();
   mesh.streamlines = lines.count();
   mesh.short_lines = lines.short_lines();

@@ -30,10 +30,10 @@ struct StreamCell {
   // What x_uu and x_ττ have beyond those of the patch, at (least u, least τ), (greatest u, least τ), (least u, greatest
   // τ), (greatest u, greatest τ); 0 of fields that are not smooth.
   std::array<glm::dvec3, 4> beyond_uu{}, beyond_vv{};
-  // A tube about the middle streamline proves where the true surface is: it is within `off` of the patch, and its
-  // derivatives by u and τ within off_u and off_v of the patch's, also an eighth of the cell beyond its sides.
+  // Tubes about streamlines prove that the derivatives of the true surface by u and τ are within off_u and off_v of the
+  // patch's, also an eighth of the cell beyond its sides, so that what leaves prove of the patch they prove of it.
   bool proved = false;
-  double off = 0, off_u = 0, off_v = 0;
+  double off_u = 0, off_v = 0;
 };
 
 // What lies at a border of the domain, where streamlines end within it: nothing is known but the box.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <span>
 #include <tuple>
 
 #include "numerics/parallel.hpp"
@@ -14,9 +15,12 @@ namespace {
 using glm::dvec3;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double reach = leaf_reach;  // bounds hold so far beyond a cell
-constexpr int lattice = 24;           // of boxes over the field, each with its bound of D²v
-constexpr int most_turns = 30;        // of the bound within one interval
+constexpr double reach = leaf_reach;    // bounds hold so far beyond a cell
+constexpr int lattice = 24;             // of boxes over the field, each with its bound of D²v
+constexpr double largest_proved = 0.7;  // of the shorter tangent, how long a remainder may be that isolates
+constexpr int most_parts = 64;          // streamlines across a cell
+constexpr std::size_t most_seeds = 1 << 14;
+constexpr int most_turns = 30;  // of the bound within one interval
 
 // Bounds of D²v on a lattice over the field.
 class BendBounds {
@@ -61,12 +65,12 @@ struct TubeRow {
 };
 
 // From row 0 on, as far as bounds stay finite.
-std::vector<TubeRow> tube_of(const std::vector<const StreamNode*>& nodes, double interval, double delta,
-                             double bend_of_seed, const BendBounds& bends) {
+std::vector<TubeRow> tube_of(const std::vector<StreamNode>& nodes, double interval, double delta, double bend_of_seed,
+                             const BendBounds& bends) {
   std::vector<TubeRow> rows(nodes.size());
   rows[0] = {0.5 * bend_of_seed * delta * delta, bend_of_seed * delta, 0};
   for (std::size_t i = 0; i + 1 < nodes.size(); i++) {
-    const StreamNode &a = *nodes[i], &b = *nodes[i + 1];
+    const StreamNode &a = nodes[i], &b = nodes[i + 1];
     const double slope = std::max(a.slope, b.slope), speed = double(std::max(glm::length(a.v), glm::length(b.v)));
     const double way = 0.5 * speed * interval * (1 + slope * interval);
     const double stretch = double(std::max(glm::length(a.u), glm::length(b.u))) * std::exp(0.5 * slope * interval);
@@ -99,69 +103,124 @@ double largest(const glm::dvec3& v) { return std::max({v.x, v.y, v.z}); }
 
 }  // namespace
 
-void prove_cells(const VectorFieldDefinition& field, const SeedCurve& curve, const StreamCells& cells,
-                 const std::vector<BezierPiece>& pieces, StreamMesh& mesh) {
-  // Between the seed and where rows begin nothing is known.
-  for (const StreamSection& section : cells.sections()) {
-    if (section.start != 0) return;
+glm::dvec3 stream_remainder(const StreamCell& cell, const PatchLeaf& leaf) {
+  const glm::dvec2 size = cell.upper - cell.lower;
+  return leaf.e + cell.off_u * size.x * leaf.half.x + cell.off_v * size.y * leaf.half.y;
+}
+
+namespace {
+
+// What a number of streamlines across cells of the same columns tell of them.
+struct Proof {
+  std::vector<std::size_t> cells;
+  int strip = 0;
+  bool before = false;
+  double from = 0, to = 0;  // u that bounds are wanted for
+  std::size_t first_seed = 0;
+};
+
+bool is_proved(const StreamMesh& mesh, std::size_t cell, std::span<const PatchLeaf> leaves) {
+  return std::ranges::all_of(leaves, [&](const PatchLeaf& leaf) {
+    return leaf.kind == LeafKind::regular && glm::length(stream_remainder(mesh.cells[cell], leaf)) <=
+                                                 largest_proved * std::min(glm::length(leaf.a), glm::length(leaf.b));
+  });
+}
+
+// Bounds of a cell by one tube, which is `delta` wide.
+void add_tube(const StreamMesh& mesh, std::size_t number, const StreamSection& section, const StreamLine& line,
+              int part, double u, double delta, const std::vector<TubeRow>& tube, StreamCell& cell) {
+  const glm::dvec2 size = cell.upper - cell.lower;
+  const double wide = 0.5 * (reach - 1);
+  const std::optional<PieceBounds> bounds = mesh.pieces->bounds(number, {glm::dvec2(-wide), glm::dvec2(1 + wide)});
+  const std::vector<StreamNode>& nodes = line.nodes[std::size_t(part)];
+  const double first = (cell.lower.y - wide * size.y - section.start) / section.interval(),
+               last = (cell.upper.y + wide * size.y - section.start) / section.interval();
+  const int from = std::max(0, int(std::floor(std::min(first, last) + 1e-9))),
+            to = std::min(section.rows, int(std::ceil(std::max(first, last) - 1e-9)));
+  const double s = (u - cell.lower.x) / size.x;
+  for (int row = from; row <= to; row++) {
+    const auto r = std::size_t(row);
+    if (r >= nodes.size() || !bounds) {
+      cell.off_u = cell.off_v = infinity;
+      return;
+    }
+    const StreamNode& n = nodes[r];
+    const PatchPoint p = evaluate_unit(mesh.pieces->pieces()[number], s, (section.at(row) - cell.lower.y) / size.y);
+    const double radius = double(glm::length(n.u)) * delta + tube[r].rho;
+    const double off_u = tube[r].eta + glm::distance(dvec3(n.u), p.u / size.x);
+    const double off_v = double(glm::length(n.uv)) * delta + double(n.slope) * tube[r].rho +
+                         0.5 * tube[r].bend * radius * radius + glm::distance(dvec3(n.v), p.v / size.y);
+    // From the middle of the tube to its sides, and to the next row on either side.
+    const double to_row = 0.5 * std::abs(section.interval());
+    const double more_u =
+        largest(bounds->uu) / (size.x * size.x) * delta +
+        (largest(bounds->uv) / (size.x * size.y) + double(n.slope) * double(glm::length(n.u))) * to_row;
+    const double more_v =
+        largest(bounds->uv) / (size.x * size.y) * delta +
+        (largest(bounds->vv) / (size.y * size.y) + double(n.slope) * double(glm::length(n.v))) * to_row;
+    cell.off_u = std::max(cell.off_u, off_u + more_u);
+    cell.off_v = std::max(cell.off_v, off_v + more_v);
+    if (!std::isfinite(cell.off_u + cell.off_v)) return;
   }
+}
+
+}  // namespace
+
+void prove_cells(FlowQueries& flow, const VectorFieldDefinition& field, const SeedCurve& curve,
+                 const StreamCells& cells, StreamMesh& mesh) {
   const BendBounds bends(field);
   if (!bends.are_known()) return;
-  const BezierSource source(pieces);
-  // Cells with the same middle streamline have the same tube.
-  std::map<std::tuple<int, std::int32_t, std::int32_t, bool>, std::vector<std::size_t>> groups;
-  for (std::size_t i = 0; i < cells.cells().size(); i++) {
-    const LatticeBox& box = cells.cells()[i];
-    if (box.columns > 1) groups[{box.strip, box.column, box.columns, box.row < 0}].push_back(i);
-  }
-  std::vector<std::vector<std::size_t>> all;
-  for (auto& [key, group] : groups) all.push_back(std::move(group));
-  parallel_for(all.size(), [&](std::size_t g) {
-    const LatticeBox& first = cells.cells()[all[g][0]];
-    const bool back = first.row < 0;
-    const StreamSection& section = back ? cells.sections().front() : cells.sections().back();
-    const std::int32_t middle = first.column + first.columns / 2;
-    std::vector<const StreamNode*> nodes;
-    for (std::int32_t row = 0; row <= section.rows; row++) {
-      const StreamNode* n = cells.node(first.strip, middle, back ? -row : row, back);
-      if (!n) break;
-      nodes.push_back(n);
-    }
-    const double from = cells.u_at(first.column), to = cells.u_at(first.column + first.columns);
-    const double delta = reach * 0.5 * (to - from), interval = std::abs(section.interval());
-    const double beyond = 0.5 * (reach - 1) * (to - from);
-    const std::vector<TubeRow> tube =
-        tube_of(nodes, interval, delta, curve.greatest_bend(from - beyond, to + beyond), bends);
-    for (const std::size_t i : all[g]) {
+  std::vector<std::size_t> first_leaf(mesh.cells.size() + 1, mesh.leaves.size());
+  for (std::size_t l = mesh.leaves.size(); l-- > 0;) first_leaf[mesh.leaves[l].piece] = l;
+  for (std::size_t c = mesh.cells.size(); c-- > 0;) first_leaf[c] = std::min(first_leaf[c], first_leaf[c + 1]);
+  const auto leaves_of = [&](std::size_t cell) {
+    return std::span(mesh.leaves).subspan(first_leaf[cell], first_leaf[cell + 1] - first_leaf[cell]);
+  };
+  // Streamlines of their own, with as many rows as bounds need.
+  StreamLines lines(flow, field, curve, {mesh.lower.y, mesh.upper.y}, cells.tolerance_of_step());
+  for (int s = 0; s < int(lines.sections().size()); s++) lines.set_rows(s, cells.sections()[std::size_t(s)].rows / 2);
+  for (int parts = 1; parts <= most_parts; parts *= 4) {
+    std::map<std::tuple<int, std::int32_t, std::int32_t, bool>, Proof> groups;
+    for (std::size_t i = 0; i < mesh.cells.size(); i++) {
       const LatticeBox& box = cells.cells()[i];
-      StreamCell& cell = mesh.cells[i];
-      const dvec3 size(cell.upper.x - cell.lower.x, cell.upper.y - cell.lower.y, 0);
-      const double wide = 0.5 * (reach - 1);
-      const std::optional<PieceBounds> bounds = source.bounds(i, {glm::dvec2(-wide), glm::dvec2(1 + wide)});
-      if (!bounds) continue;
-      const std::int32_t near = back ? -(box.row + box.rows) : box.row, far = near + box.rows;
-      const auto margin = std::int32_t(std::ceil(wide * box.rows));
-      double off_u = 0, off_v = 0;
-      for (std::int32_t row = std::max(0, near - margin); row <= std::min(far + margin, std::int32_t(nodes.size()) - 1);
-           row++) {
-        const auto r = std::size_t(row);
-        const StreamNode& n = *nodes[r];
-        const double t = (cells.time_at(back ? -row : row) - cell.lower.y) / size.y;
-        const PatchPoint p = evaluate_unit(pieces[i], 0.5, t);
-        const double radius = double(glm::length(n.u)) * delta + tube[r].rho;
-        off_u = std::max(off_u, tube[r].eta + glm::distance(dvec3(n.u), p.u / size.x));
-        off_v = std::max(off_v, double(glm::length(n.uv)) * delta + double(n.slope) * tube[r].rho +
-                                    0.5 * tube[r].bend * radius * radius + glm::distance(dvec3(n.v), p.v / size.y));
-      }
-      // From the middle of the patch to its sides.
-      off_u += largest(bounds->uu) / (size.x * size.x) * delta;
-      off_v += largest(bounds->uv) / (size.x * size.y) * delta;
-      if (!std::isfinite(off_u + off_v)) continue;
-      cell.proved = true;
-      cell.off_u = off_u;
-      cell.off_v = off_v;
+      if (mesh.cells[i].proved) continue;
+      Proof& proof = groups[{box.strip, box.column, box.columns, box.row < 0}];
+      proof.cells.push_back(i);
+      const double width = mesh.cells[i].upper.x - mesh.cells[i].lower.x, beyond = 0.5 * (reach - 1) * width;
+      const glm::dvec2 range = cells.range_of(box.strip);
+      proof.from = std::max(mesh.cells[i].lower.x - beyond, range.x);
+      proof.to = std::min(mesh.cells[i].upper.x + beyond, range.y);
+      proof.before = box.row < 0;
     }
-  });
+    std::vector<Proof> proofs;
+    std::vector<StreamSeed> seeds;
+    for (auto& [key, proof] : groups) {
+      if (seeds.size() + std::size_t(parts) > most_seeds) break;
+      proof.first_seed = seeds.size();
+      for (int k = 0; k < parts; k++) seeds.push_back({std::lerp(proof.from, proof.to, (k + 0.5) / parts)});
+      proofs.push_back(std::move(proof));
+    }
+    if (seeds.empty()) break;
+    const std::vector<StreamLine> traced = lines.trace(seeds);
+    parallel_for(proofs.size(), [&](std::size_t g) {
+      const Proof& proof = proofs[g];
+      const auto part = std::size_t(proof.before ? 0 : lines.sections().size() - 1);
+      const StreamSection& section = lines.sections()[part];
+      const double delta = 0.5 * (proof.to - proof.from) / parts * (1 + 1e-9);
+      for (const std::size_t i : proof.cells) mesh.cells[i].off_u = mesh.cells[i].off_v = 0;
+      for (int k = 0; k < parts; k++) {
+        const std::size_t seed = proof.first_seed + std::size_t(k);
+        const std::vector<StreamNode>& nodes = traced[seed].nodes[part];
+        std::vector<TubeRow> tube;
+        const double bend = curve.greatest_bend(seeds[seed].u - delta, seeds[seed].u + delta);
+        if (!nodes.empty()) tube = tube_of(nodes, std::abs(section.interval()), delta, bend, bends);
+        for (const std::size_t i : proof.cells)
+          add_tube(mesh, i, section, traced[seed], int(part), seeds[seed].u, delta, tube, mesh.cells[i]);
+      }
+      for (const std::size_t i : proof.cells) mesh.cells[i].proved = is_proved(mesh, i, leaves_of(i));
+    });
+  }
+  mesh.proved = std::size_t(std::ranges::count_if(mesh.cells, &StreamCell::proved));
 }
 
 }  // namespace smurf
