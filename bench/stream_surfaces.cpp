@@ -42,7 +42,7 @@ constexpr std::uint32_t curved =
     Property::normal | Property::gauss | Property::mean | std::uint32_t(Property::principal);
 constexpr std::size_t checked = 512;
 
-VectorField in_a_large_box() { return abc_expression({glm::dvec3(-turn), glm::dvec3(2 * turn)}); }
+VectorField in_a_large_box() { return abc_expression({glm::dvec3(-8), glm::dvec3(8)}); }
 
 Surface surface_of(const VectorField& field, StreamOptions options) {
   options.tolerance = 1e-5 * turn;
