@@ -13,6 +13,7 @@
 #include "patches/ray_roots.hpp"
 #include "smurf/error.hpp"
 #include "surfaces/stream/mesh.hpp"
+#include "surfaces/stream/tubes.hpp"
 
 namespace smurf {
 namespace {
@@ -89,6 +90,29 @@ const StreamMesh& StreamSurface::mesh(Executor* executor) const {
       executor ? trace_on_device(*executor, share_field(), {}) : trace_by_reference(field());
   kept_->mesh = make_stream_mesh(*flow, field(), seed(), options_.time, options_.tolerance);
   return *kept_->mesh;
+}
+
+std::vector<PatchLeaf> StreamSurface::leaves() const {
+  const StreamMesh& of = mesh();
+  const double off = std::max(options_.tolerance, of.deviation);
+  std::vector<PatchLeaf> leaves = of.leaves;
+  for (PatchLeaf& leaf : leaves) {
+    const StreamCell& cell = of.cells[leaf.piece];
+    if (cell.proved) leaf.e = stream_remainder(cell, leaf);
+    leaf.error += off;
+    leaf.lower -= off;
+    leaf.upper += off;
+  }
+  for (std::size_t i = 0; i < of.borders.size(); i++) {
+    PatchLeaf leaf;
+    leaf.kind = LeafKind::open;
+    leaf.piece = std::uint32_t(of.cells.size() + i);
+    leaf.centre = leaf.half = glm::dvec2(0.5);
+    leaf.lower = of.borders[i].space.lower;
+    leaf.upper = of.borders[i].space.upper;
+    leaves.push_back(leaf);
+  }
+  return leaves;
 }
 
 Bounds StreamSurface::bounds() const { return mesh().bounds; }

@@ -7,6 +7,7 @@
 
 #include "flows/definition.hpp"
 #include "flows/seeds/seed_curve.hpp"
+#include "patches/leaves.hpp"
 #include "smurf/stream.hpp"
 #include "surfaces/surface_definition.hpp"
 
@@ -38,8 +39,11 @@ class StreamSurface : public SurfaceDefinition {
   // Of the same field and seed. What was traced is shared where times and tolerance are the same.
   std::shared_ptr<const StreamSurface> with(const StreamOptions& options) const;
 
-  // Traced by the first who asks, on his executor, and kept; without one on the first device there is.
+  // Traced by the first who asks, on that executor, and kept; without one on the first device there is.
   const StreamMesh& mesh(Executor* executor = nullptr) const;
+  // Leaves of the mesh, and open ones where streamlines end within a cell. What they exclude and isolate is the true
+  // surface where cells are proved, else the patch; both within the tolerance.
+  std::vector<PatchLeaf> leaves() const;
 
  private:
   VectorField field_;
