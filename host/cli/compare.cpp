@@ -204,8 +204,10 @@ void compare_stream_surface(const Surface& surface, const CompareCommand& comman
   StreamComparison comparison;
   {
     Progress progress("comparing", common.quiet);
-    comparison =
-        compare_stream(device, surface, {.rays = command.rays, .seed = command.seed, .progress = progress.callback()});
+    comparison = naming(command.surface, [&] {
+      return compare_stream(device, surface,
+                            {.rays = command.rays, .seed = command.seed, .progress = progress.callback()});
+    });
   }
   if (!command.output.empty()) write_comparison(comparison, command.output);
   print_comparison(comparison);
@@ -226,18 +228,17 @@ void run_compare(const CompareCommand& command, const CommonOptions& common) {
   const Device device = open(command.device, common);
 
   Comparison comparison;
-  try {
+  {
     Progress progress("comparing", common.quiet);
-    comparison = compare(device, surface,
-                         {.resolutions = *resolutions,
-                          .rays = command.rays,
-                          .seed = command.seed,
-                          .apron = command.apron,
-                          .margin = command.margin,
-                          .progress = progress.callback()});
-  } catch (const Error& error) {
-    if (error.code() != ErrorCode::input) throw;
-    throw Error(error.code(), fmt::format("{}: {}", command.surface.string(), error.what()));
+    comparison = naming(command.surface, [&] {
+      return compare(device, surface,
+                     {.resolutions = *resolutions,
+                      .rays = command.rays,
+                      .seed = command.seed,
+                      .apron = command.apron,
+                      .margin = command.margin,
+                      .progress = progress.callback()});
+    });
   }
   if (!command.output.empty()) write_comparison(comparison, command.output);
   print_comparison(comparison);

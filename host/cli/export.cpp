@@ -23,7 +23,7 @@ void run_export(const ExportCommand& command, const CommonOptions& common) {
   MeasuredPolygons mesh;
   {
     Progress progress("measuring corners", common.quiet);
-    mesh = measured_polygons(device, surface, progress.callback());
+    mesh = naming(command.surface, [&] { return measured_polygons(device, surface, progress.callback()); });
   }
   save_polygons(mesh, command.output);
   if (mesh.left_out > 0 && !common.quiet)

@@ -82,7 +82,7 @@ class StreamCliOnDevice : public StreamCli, public testing::WithParamInterface<c
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(outcome.err, "");
     const Csv hits(file("hits.csv"));
-    EXPECT_EQ(hits.header, "ray,t,status,x,y,z,nx,ny,nz,gauss,mean,u,v");
+    EXPECT_EQ(hits.header, "ray,t,status,x,y,z,nx,ny,nz,gauss,mean,u,v,uncertainty");
     ASSERT_EQ(hits.rows.size(), 2u);
     for (std::size_t row = 0; row < 2; row++) {
       const auto [u, tau] = places[row];
@@ -236,7 +236,7 @@ TEST_F(StreamCli, RefusesBadDescriptions) {
 // What only tracing tells.
 TEST_P(StreamCliOnDevice, RefusesSeedsWithoutASurface) {
   const std::string time = "[0, 1]";
-  expect_description_refused(description("", time, R"j({"points": [[5, 0, 0], [6, 0, 0]]})j"), {"seed", "outside"});
+  expect_description_refused(description("", time, R"j({"points": [[5, 0, 0], [6, 0, 0]]})j"), {"seed", "no place"});
   expect_description_refused(description("", time, R"j({"points": [[0, 0, 0], [0, 0, 1]]})j"), {"seed", "along"});
   expect_description_refused(
       description("", time, R"j({"points": [[1, 0, 0], [2, 0, 0]]})j", R"j(["0*x", "0*y", "0*z"])j"), {"zero"});
