@@ -123,11 +123,11 @@ void FlaggedHitResolver::resolve_ray(const RootResolver& resolver, const Bounds&
     }
     roots.clear();
     resolver(ray, std::max(low, double(ray.t_min)), std::min(high, double(ray.t_max)), roots);
-    for (const auto& [root, coordinates] : roots) {
+    for (const auto& [root, coordinates, of_one] : roots) {
       const float t = std::clamp(float(0.5 * root.low + 0.5 * root.high), ray.t_min, ray.t_max);
       const double off = std::max(root.high - double(t), double(t) - root.low);
       ray_hits.hits.push_back({t, std::nextafter(float(off), infinity),
-                               root.kind == LineRoot::Kind::one        ? HitStatus::isolated
+                               root.kind == LineRoot::Kind::one        ? of_one
                                : root.kind == LineRoot::Kind::touching ? HitStatus::tangent
                                                                        : HitStatus::unresolved,
                                coordinates});

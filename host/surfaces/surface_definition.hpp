@@ -33,6 +33,7 @@ struct AnalyticField {
 struct ResolvedRoot {
   expression::LineRoot root;
   SurfaceCoordinates coordinates = {};
+  HitStatus of_one = HitStatus::isolated;  // what a hit is that stands for one root
 };
 
 // Adds what double precision knows of a surface's roots on a ray, for t in [low, high], in order. May be called by

@@ -256,7 +256,7 @@ RootResolver ParametricSurface::root_resolver() const {
         const dvec2 place = piece.lower + dvec2(root.u, root.v) * (piece.upper - piece.lower);
         at = {piece.patch, float(place.x), float(place.y)};
       }
-      resolved.push_back({root.root, at});
+      resolved.push_back({root.root, at, HitStatus::isolated});
     }
   };
 }

@@ -10,6 +10,7 @@
 
 #include "flows/queries.hpp"
 #include "patches/leaves.hpp"
+#include "patches/ray_boxes.hpp"
 #include "patches/ray_roots.hpp"
 #include "smurf/error.hpp"
 #include "surfaces/stream/mesh.hpp"
@@ -37,6 +38,16 @@ std::optional<Device> any_device() {
     return open_device(fmt::format("{}:{}", info.executor, info.index));
   }
   return std::nullopt;
+}
+
+std::string gaps_text(const std::vector<glm::dvec2>& gaps) {
+  constexpr std::size_t most_shown = 4;
+  if (gaps.empty()) return "none";
+  std::string text = "torn for u in";
+  for (std::size_t i = 0; i < std::min(gaps.size(), most_shown); i++)
+    text += fmt::format("{} [{:.9g}, {:.9g}]", i == 0 ? "" : ",", gaps[i].x, gaps[i].y);
+  if (gaps.size() > most_shown) text += fmt::format(", and {} more", gaps.size() - most_shown);
+  return text;
 }
 
 }  // namespace
@@ -122,7 +133,34 @@ std::uint32_t StreamSurface::properties() const {
          Property::principal | Property::directions | Property::normal_curvature;
 }
 
-std::vector<Fact> StreamSurface::facts() const { return {}; }
+std::vector<Fact> StreamSurface::facts() const {
+  const StreamMesh& of = mesh();
+  const glm::dvec2 u = seed().range();
+  std::vector<Fact> facts{{"method", options_.method == StreamMethod::mesh ? "explicit" : "back-stream"},
+                          {"field", std::string(field().kind())},
+                          {"u", fmt::format("{:g} to {:g}", u.x, u.y)},
+                          {"time", fmt::format("{:g} to {:g}", options_.time.x, options_.time.y)},
+                          {"derivatives", std::string(name_of(options_.derivatives))}};
+  for (const Fact& note : field().notes()) facts.push_back(note);
+  std::string lines = fmt::format("{}, {} steps", of.streamlines, of.steps);
+  if (of.short_lines > 0) lines += fmt::format("; {} leave the field before the time has passed", of.short_lines);
+  facts.push_back({"streamlines", lines});
+  facts.push_back({"cells", fmt::format("{}, traced in {:.3g} s", of.cells.size(), of.seconds)});
+  std::string deviation =
+      fmt::format("{:.3g} at most where it was measured; asked for: {:.3g}", of.deviation, options_.tolerance);
+  if (of.deviation > options_.tolerance) deviation += "; floats do no better where the flow stretches so much";
+  facts.push_back({"deviation", deviation});
+  facts.push_back({"proved", fmt::format("{:.1f} % of the cells", 100 * double(of.proved) / double(of.cells.size()))});
+  facts.push_back({"gaps", gaps_text(of.gaps)});
+  if (!of.borders.empty())
+    facts.push_back(
+        {"borders", fmt::format("{} boxes where streamlines end; hits there are unresolved", of.borders.size())});
+  if (of.is_smooth)
+    facts.push_back({"curvature", fmt::format("interpolated, off by {:.2g} of its size at most where it was measured",
+                                              of.curvature_error)});
+  else facts.push_back({"curvature", "undefined: it needs a field with two continuous derivatives, such as tricubic"});
+  return facts;
+}
 
 StreamPolygons stream_polygons(const Surface& surface) {
   const auto* stream = dynamic_cast<const StreamSurface*>(&surface.model());
@@ -132,7 +170,37 @@ StreamPolygons stream_polygons(const Surface& surface) {
   return stream->mesh().polygons;
 }
 
-RootResolver StreamSurface::root_resolver() const { return {}; }
+RootResolver StreamSurface::root_resolver() const {
+  if (options_.method != StreamMethod::mesh) return {};
+  return [this](const Ray& ray, double low, double high, std::vector<ResolvedRoot>& resolved) {
+    const StreamMesh& of = mesh();
+    std::call_once(kept_->roots_made, [&] {
+      const glm::dvec3 size = of.bounds.upper - of.bounds.lower;
+      kept_->rays.emplace(*of.pieces, of.topology, of.leaves, std::max({size.x, size.y, size.z}));
+    });
+    const glm::dvec3 origin(ray.origin), direction(ray.direction);
+    std::vector<PatchRoot> found;
+    kept_->rays->find(origin, direction, low, high, found);
+    const double off = std::max(options_.tolerance, of.deviation) / glm::length(direction);
+    for (PatchRoot& root : found) {
+      const StreamCell& cell = of.cells[root.piece];
+      const glm::dvec2 at = cell.lower + glm::dvec2(root.u, root.v) * (cell.upper - cell.lower);
+      root.root.low -= off;
+      root.root.high += off;
+      resolved.push_back(
+          {root.root, {0, float(at.x), float(at.y)}, cell.proved ? HitStatus::isolated : HitStatus::sampled});
+    }
+    // Where streamlines end nothing more is known.
+    for (const StreamBorder& border : of.borders) {
+      double from = low, to = high;
+      if (!clip_to_box(border.space, origin, direction, from, to)) continue;
+      const glm::dvec2 at = 0.5 * (border.lower + border.upper);
+      resolved.push_back(
+          {{from, to, expression::LineRoot::Kind::undecided}, {0, float(at.x), float(at.y)}, HitStatus::sampled});
+    }
+    std::ranges::sort(resolved, {}, [](const ResolvedRoot& r) { return r.root.low + r.root.high; });
+  };
+}
 
 Surface stream_surface(const VectorField& field, const SeedLine& seed, const StreamOptions& options) {
   return Surface(std::make_shared<const StreamSurface>(field, seed, options));

@@ -37,8 +37,9 @@ class ResidentStreamMesh final : public ResidentSurface {
     defines_ = form_.defines();
     defines_["BEZIER_U"] = defines_["BEZIER_V"] = "3";
     defines_["BEZIER_RATIONAL"] = "0";
-    defines_["STREAM_CURVED"] = mesh_.is_smooth ? "1" : "0";
-    defines_["STREAM_FLAT"] = surface.options().derivatives == StreamDerivatives::mesh ? "1" : "0";
+    const bool flat = surface.options().derivatives == StreamDerivatives::mesh;
+    defines_["STREAM_CURVED"] = mesh_.is_smooth && !flat ? "1" : "0";
+    defines_["STREAM_FLAT"] = flat ? "1" : "0";
   }
 
   const std::map<std::string, std::string>& modules() const override { return modules_; }
