@@ -23,5 +23,7 @@ void add(const std::string& name, const SetUp& set_up);
 
 // W5: steps of streamlines (streamlines.cpp).
 void add_streamlines();
+// W5: stream surfaces (stream_surfaces.cpp).
+void add_stream_surfaces();
 
 }  // namespace smurf::bench

@@ -377,6 +377,7 @@ int main(int argc, char** argv) {
 #endif
     add_vertices();
     add_streamlines();
+    add_stream_surfaces();
     const Catalogue list = catalogue();
     for (const Workload& workload : list.workloads) {
       for (int size : workload.sizes) {

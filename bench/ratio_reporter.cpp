@@ -7,7 +7,7 @@
 namespace smurf::bench {
 
 bool is_peer(const std::string& who) {
-  return who.starts_with("embree") || who.starts_with("gage") || who == "vtk" || who == "reference";
+  return who.starts_with("embree") || who.starts_with("gage") || who.starts_with("vtk") || who == "reference";
 }
 
 RatioReporter::RatioReporter() : inner_(benchmark::CreateDefaultDisplayReporter()) {}

@@ -8,9 +8,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 
+#include "abc_flow.hpp"
 #include "benchmarks.hpp"
 #include "smurf/flow.hpp"
 #include "workloads/workloads.hpp"
@@ -22,32 +21,6 @@ namespace smurf::bench {
 namespace {
 
 constexpr double step = 0.01, time = 10;
-constexpr int nodes = 64;
-constexpr double turn = 2 * std::numbers::pi;
-const double a = std::numbers::sqrt3, b = std::numbers::sqrt2, c = 1;
-
-glm::dvec3 abc(const glm::dvec3& p) {
-  return {a * std::sin(p.z) + c * std::cos(p.y), b * std::sin(p.x) + a * std::cos(p.z),
-          c * std::sin(p.y) + b * std::cos(p.x)};
-}
-
-VectorGrid abc_grid() {
-  VectorGrid grid;
-  grid.size = glm::ivec3(nodes);
-  const double spacing_of_nodes = turn / (nodes - 1);
-  grid.placement = spacing(spacing_of_nodes, spacing_of_nodes, spacing_of_nodes);
-  for (int k = 0; k < nodes; k++) {
-    for (int j = 0; j < nodes; j++) {
-      for (int i = 0; i < nodes; i++) grid.vectors.emplace_back(abc(glm::dvec3(i, j, k) * spacing_of_nodes));
-    }
-  }
-  return grid;
-}
-
-VectorField abc_expression() {
-  return expression_flow({"sqrt(3)*sin(z)+cos(y)", "sqrt(2)*sin(x)+sqrt(3)*cos(z)", "sin(y)+sqrt(2)*cos(x)"},
-                         {glm::dvec3(0), glm::dvec3(turn)});
-}
 
 VectorField rotation() { return expression_flow({"-y", "x", "0.3"}, {glm::dvec3(-7), glm::dvec3(7)}); }
 
@@ -125,7 +98,7 @@ void add_vtk(const std::string& name, const std::vector<glm::dvec3>& seeds) {
 void add_streamlines() {
   const std::vector<FieldToTrace> fields = {
       {"rotation", rotation, false},
-      {"abc", abc_expression, false},
+      {"abc", [] { return abc_expression(); }, false},
       {"abc-trilinear", [] { return grid_flow(abc_grid()); }, true},
       {"abc-tricubic", [] { return grid_flow(abc_grid(), VectorReconstruction::tricubic); }, false}};
   for (const FieldToTrace& field : fields) {

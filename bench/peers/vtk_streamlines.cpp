@@ -13,6 +13,7 @@
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
+#include <vtkStreamSurface.h>
 #include <vtkStreamTracer.h>
 #include <vtkStructuredGrid.h>
 
@@ -109,6 +110,51 @@ VtkLines VtkStreamTracer::rk4(std::span<const glm::dvec3> seeds, double step, do
 
 VtkLines VtkStreamTracer::adaptive(std::span<const glm::dvec3> seeds, double step, double length, double error) const {
   return trace(seeds, step, length, error);
+}
+
+VtkTriangles VtkStreamTracer::surface(std::span<const glm::dvec3> seeds, double step, double length,
+                                      bool adaptive) const {
+  vtkNew<vtkPoints> points;
+  points->SetDataTypeToDouble();
+  vtkNew<vtkCellArray> line;
+  line->InsertNextCell(int(seeds.size()));
+  for (const glm::dvec3& p : seeds) line->InsertCellPoint(points->InsertNextPoint(p.x, p.y, p.z));
+  vtkNew<vtkPolyData> source;
+  source->SetPoints(points);
+  source->SetLines(line);
+  vtkNew<vtkStreamSurface> tracer;
+  tracer->SetInputData(state_->data);
+  tracer->SetSourceData(source);
+  tracer->SetUseIterativeSeeding(adaptive);
+  tracer->SetIntegrationDirectionToForward();
+  tracer->SetIntegratorTypeToRungeKutta4();
+  tracer->SetIntegrationStepUnit(vtkStreamTracer::LENGTH_UNIT);
+  tracer->SetInitialIntegrationStep(step);
+  tracer->SetMaximumPropagation(length);
+  tracer->SetMaximumNumberOfSteps(vtkIdType(length / step + 0.5));
+  tracer->SetTerminalSpeed(1e-12);
+  tracer->SetComputeVorticity(false);
+  tracer->Update();
+  vtkPolyData* output = tracer->GetOutput();
+  VtkTriangles surface;
+  for (vtkIdType i = 0; i < output->GetNumberOfPoints(); i++) {
+    double p[3];
+    output->GetPoint(i, p);
+    surface.points.emplace_back(p[0], p[1], p[2]);
+  }
+  vtkNew<vtkIdList> cell;
+  const auto corner = [&](vtkIdType k) { return std::uint32_t(cell->GetId(k)); };
+  for (vtkIdType i = 0; i < output->GetNumberOfPolys(); i++) {
+    output->GetPolys()->GetCellAtId(i, cell);
+    for (vtkIdType k = 2; k < cell->GetNumberOfIds(); k++)
+      surface.triangles.emplace_back(corner(0), corner(k - 1), corner(k));
+  }
+  for (vtkIdType i = 0; i < output->GetNumberOfStrips(); i++) {
+    output->GetStrips()->GetCellAtId(i, cell);
+    for (vtkIdType k = 2; k < cell->GetNumberOfIds(); k++)
+      surface.triangles.emplace_back(corner(k - 2), corner(k - 1), corner(k));
+  }
+  return surface;
 }
 
 }  // namespace smurf::bench

@@ -1,4 +1,4 @@
-// VTK's vtkStreamTracer as a peer, and as another opinion in tests.
+// VTK's vtkStreamTracer and vtkStreamSurface as peers, the first also as another opinion in tests.
 #pragma once
 
 #include <cstddef>
@@ -19,6 +19,11 @@ struct VtkLines {
   std::size_t steps() const { return positions.size() - seeds.size(); }
 };
 
+struct VtkTriangles {
+  std::vector<glm::dvec3> points;
+  std::vector<glm::uvec3> triangles;
+};
+
 // Lines of a grid's trilinear field, forward from their seeds.
 class VtkStreamTracer {
  public:
@@ -32,6 +37,10 @@ class VtkStreamTracer {
   VtkLines rk4(std::span<const glm::dvec3> seeds, double step, double length) const;
   // Runge-Kutta 4(5) with error control, from steps of `step` in length on.
   VtkLines adaptive(std::span<const glm::dvec3> seeds, double step, double length, double error) const;
+
+  // A surface between lines from the polyline of seeds, of Runge-Kutta steps of `step` in length, as far as `length`.
+  // `adaptive`: seeds are added where neighbours go apart (on the chord between them).
+  VtkTriangles surface(std::span<const glm::dvec3> seeds, double step, double length, bool adaptive) const;
 
  private:
   struct State;

@@ -51,6 +51,11 @@ struct TraceCommand {
   DeviceChoice device;
 };
 
+struct ExportCommand {
+  std::filesystem::path surface, output;
+  DeviceChoice device;
+};
+
 struct RenderCommand {
   std::filesystem::path surface, output;
   std::optional<std::filesystem::path> seeds;  // then `surface` is a vector field, and lines are drawn
@@ -71,6 +76,7 @@ struct CompareCommand {
   std::uint64_t seed = 1;
   int apron = 12;
   std::optional<double> margin;
+  bool asks_for_samples = false;  // resolutions, apron or margin, which a stream surface has no use for
   DeviceChoice device;
 };
 
@@ -79,6 +85,7 @@ void run_info(const InfoOptions& options, const CommonOptions& common);
 void run_cast(const CastCommand& command, const CommonOptions& common);
 void run_probe(const ProbeCommand& command, const CommonOptions& common);
 void run_trace(const TraceCommand& command, const CommonOptions& common);
+void run_export(const ExportCommand& command, const CommonOptions& common);
 void run_render(const RenderCommand& command, const CommonOptions& common);
 void run_compare(const CompareCommand& command, const CommonOptions& common);
 

@@ -1,5 +1,5 @@
-// The verb `compare`: reconstructions of a sampled surface against the exact one, as tables on standard output and as a
-// file.
+// The verb `compare`: reconstructions of a sampled surface against the exact one, or ways to the normals and curvature
+// of a stream surface; as tables on standard output and as a file.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -149,6 +149,70 @@ void write_comparison(const Comparison& comparison, const std::filesystem::path&
   write_table(table, file);
 }
 
+void print_comparison(const StreamComparison& c) {
+  fmt::print("At {} hits of {} random chords with the mesh, {} of them sampled, against integrated derivatives:\n",
+             c.hits, c.rays, c.sampled);
+  fmt::print("{:<12} {:>9} {:>5}", "", "", "");
+  for (const char* title : {"normal, rad", "mean curvature", "Gauss curvature"}) fmt::print("  {:^18}", title);
+  fmt::print("\n{:<12} {:>9} {:>5}", "derivatives", "undefined", "flat");
+  for (int i = 0; i < 3; i++) fmt::print("  {:>9} {:>8}", "rms", "greatest");
+  fmt::print("\n");
+  for (const StreamComparisonRow& row : c.rows) {
+    fmt::print("{:<12} {:>9} {:>5}", name_of(row.derivatives), row.undefined, row.flat);
+    for (const ErrorMeasure& measure : {row.normal, row.mean, row.gauss})
+      fmt::print("  {:>9} {:>8}", error_text(measure.rms), error_text(measure.greatest));
+    fmt::print("\n");
+  }
+  fmt::print(
+      "\nCurvatures: absolute errors; the surface has mean {}, Gauss {} (rms). undefined: hits without a normal; flat: "
+      "hits with a\nnormal but without curvature.\n"
+      "The mesh lies {} (rms), at most {} from the true surface, at {} random places (u, tau); asked for was {:.1e}.\n",
+      error_text(c.mean_rms), error_text(c.gauss_rms), error_text(c.deviation.rms), error_text(c.deviation.greatest),
+      c.places, c.tolerance);
+}
+
+void write_comparison(const StreamComparison& c, const std::filesystem::path& file) {
+  constexpr std::string_view number_names[] = {
+      "normal_rms",          "normal_max",           "mean_rms",      "mean_max",      "gauss_rms", "gauss_max",
+      "integrated_mean_rms", "integrated_gauss_rms", "deviation_rms", "deviation_max", "tolerance"};
+  constexpr std::string_view count_names[] = {"rays", "hits", "sampled", "places", "undefined", "flat"};
+  std::vector<std::string_view> derivatives;
+  std::vector<std::vector<float>> numbers(std::size(number_names));
+  std::vector<std::vector<std::uint64_t>> counts(std::size(count_names));
+  for (const StreamComparisonRow& row : c.rows) {
+    derivatives.push_back(name_of(row.derivatives));
+    const double of_row[] = {row.normal.rms,  row.normal.greatest,  row.mean.rms, row.mean.greatest,
+                             row.gauss.rms,   row.gauss.greatest,   c.mean_rms,   c.gauss_rms,
+                             c.deviation.rms, c.deviation.greatest, c.tolerance};
+    for (std::size_t i = 0; i < numbers.size(); i++) numbers[i].push_back(float(of_row[i]));
+    const std::size_t counted[] = {c.rays, c.hits, c.sampled, c.places, row.undefined, row.flat};
+    for (std::size_t i = 0; i < counts.size(); i++) counts[i].push_back(counted[i]);
+  }
+  Table table;
+  table.add("derivatives", derivatives);
+  for (std::size_t i = 0; i < counts.size(); i++) table.add(count_names[i], counts[i]);
+  for (std::size_t i = 0; i < numbers.size(); i++) table.add(number_names[i], numbers[i]);
+  write_table(table, file);
+}
+
+void compare_stream_surface(const Surface& surface, const CompareCommand& command, const CommonOptions& common) {
+  if (command.asks_for_samples) {
+    throw Error(ErrorCode::usage,
+                "--resolutions, --apron and --margin go with surfaces that are sampled, not with stream surfaces");
+  }
+  const Device device = open(command.device, common);
+  StreamComparison comparison;
+  {
+    Progress progress("comparing", common.quiet);
+    comparison = naming(command.surface, [&] {
+      return compare_stream(device, surface,
+                            {.rays = command.rays, .seed = command.seed, .progress = progress.callback()});
+    });
+  }
+  if (!command.output.empty()) write_comparison(comparison, command.output);
+  print_comparison(comparison);
+}
+
 }  // namespace
 
 void run_compare(const CompareCommand& command, const CommonOptions& common) {
@@ -160,21 +224,21 @@ void run_compare(const CompareCommand& command, const CommonOptions& common) {
                             command.resolutions));
   }
   const Surface surface = load_surface(command.surface);
+  if (surface.kind() == "stream") return compare_stream_surface(surface, command, common);
   const Device device = open(command.device, common);
 
   Comparison comparison;
-  try {
+  {
     Progress progress("comparing", common.quiet);
-    comparison = compare(device, surface,
-                         {.resolutions = *resolutions,
-                          .rays = command.rays,
-                          .seed = command.seed,
-                          .apron = command.apron,
-                          .margin = command.margin,
-                          .progress = progress.callback()});
-  } catch (const Error& error) {
-    if (error.code() != ErrorCode::input) throw;
-    throw Error(error.code(), fmt::format("{}: {}", command.surface.string(), error.what()));
+    comparison = naming(command.surface, [&] {
+      return compare(device, surface,
+                     {.resolutions = *resolutions,
+                      .rays = command.rays,
+                      .seed = command.seed,
+                      .apron = command.apron,
+                      .margin = command.margin,
+                      .progress = progress.callback()});
+    });
   }
   if (!command.output.empty()) write_comparison(comparison, command.output);
   print_comparison(comparison);

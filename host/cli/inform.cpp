@@ -43,7 +43,7 @@ template <class What>
 std::string memory_on_device(const What& what, const InfoOptions& options, const CommonOptions& common) {
   try {
     const Device device = open(options.device, common);
-    const auto query = prepare(device, what, common);
+    const auto query = prepare(device, what, options.surface, common);
     return fmt::format("{} on {}:{} ({})", bytes_text(query.device_bytes()), device.info().executor,
                        device.info().index, device.info().name);
   } catch (const Error& error) {
@@ -56,14 +56,16 @@ std::string memory_on_device(const What& what, const InfoOptions& options, const
 // `what` is a surface or a vector field.
 template <class What>
 void inform(const What& what, const InfoOptions& options, const CommonOptions& common) {
-  const Bounds bounds = what.bounds();
+  // First, for a stream surface is traced by the first who asks, and that should be the device asked for.
+  const std::string memory = memory_on_device(what, options, common);
+  const Bounds bounds = naming(options.surface, [&] { return what.bounds(); });
   std::vector<Row> rows{{"kind", std::string(what.kind())},
                         {"bounds", fmt::format("{} to {}", vector_text(bounds.lower), vector_text(bounds.upper))}};
   for (const Fact& fact : what.model().facts()) rows.push_back({fact.name, fact.value});
   if constexpr (std::is_same_v<What, VectorField>) {
     for (const Fact& note : what.model().notes()) rows.push_back({note.name, note.value});
   }
-  rows.push_back({"device memory", memory_on_device(what, options, common)});
+  rows.push_back({"device memory", memory});
   print_table(rows);
 }
 

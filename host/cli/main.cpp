@@ -11,6 +11,7 @@
 #include <functional>
 #include <new>
 #include <string>
+#include <vector>
 
 #include "cli/bench.hpp"
 #include "cli/commands.hpp"
@@ -41,6 +42,7 @@ struct CommandLine {
   CastCommand cast;
   ProbeCommand probe;
   TraceCommand trace;
+  ExportCommand export_mesh;
   RenderCommand render;
   CompareCommand compare;
   BenchOptions bench;
@@ -50,6 +52,7 @@ struct CommandLine {
   void declare_inform(CLI::App& app);
   void declare_query(CLI::App& app);
   void declare_trace(CLI::App& app);
+  void declare_export(CLI::App& app);
   void declare_render(CLI::App& app);
   void declare_compare(CLI::App& app);
   void declare_bench(CLI::App& app);
@@ -101,6 +104,7 @@ void CommandLine::declare(CLI::App& app) {
   declare_inform(app);
   declare_query(app);
   declare_trace(app);
+  declare_export(app);
   declare_render(app);
   declare_compare(app);
   declare_bench(app);
@@ -177,6 +181,14 @@ void CommandLine::declare_trace(CLI::App& app) {
   chosen(verb, [this] { run_trace(trace, common); });
 }
 
+void CommandLine::declare_export(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("export", "A stream surface as polygons, with u and tau, normals and curvature");
+  add_surface(verb, export_mesh.surface);
+  add_device(verb, export_mesh.device);
+  add_output(verb, export_mesh.output, "MESH.vtp|.ply", "VTK XML, or PLY (binary)");
+  chosen(verb, [this] { run_export(export_mesh, common); });
+}
+
 void CommandLine::declare_render(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("render", "A picture of the surface, or with --seeds of lines of a vector field");
   add_surface(verb, render.surface);
@@ -213,16 +225,20 @@ void CommandLine::declare_render(CLI::App& app) {
 void CommandLine::declare_compare(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("compare",
                                       "Trilinear, Catmull-Rom and tricubic reconstruction of an equation's samples "
-                                      "against the exact surface: errors and their order");
+                                      "against the exact surface: errors and their order. Of a stream surface: the "
+                                      "ways to normals and curvature against integrated ones");
   verb->add_option("surface", compare.surface,
-                   "An implicit surface, or an isosurface whose field is an expression (JSON)")
+                   "An implicit surface, an isosurface whose field is an expression, or a stream surface (JSON)")
       ->type_name("SURFACE.json")
       ->required();
-  verb->add_option("--resolutions", compare.resolutions, "Nodes along each axis of the domain, ascending")
-      ->type_name("N,N,...")
-      ->capture_default_str();
+  std::vector<CLI::Option*> of_samples;
+  of_samples.push_back(
+      verb->add_option("--resolutions", compare.resolutions, "Nodes along each axis of the domain, ascending")
+          ->type_name("N,N,...")
+          ->capture_default_str());
   verb->add_option("--rays", compare.rays,
-                   "Random chords of the domain: isotropic lines, so that their hits spread evenly")
+                   "Random chords of the domain, or of a stream surface's bounds: isotropic lines, so that their hits "
+                   "spread evenly")
       ->type_name("N")
       ->check(CLI::Range(1, 100'000'000))
       ->capture_default_str();
@@ -230,20 +246,25 @@ void CommandLine::declare_compare(CLI::App& app) {
       ->type_name("S")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
-  verb->add_option(
-          "--apron", compare.apron,
-          "Nodes more beyond each face of the domain: the border of a grid, where samples are continued by mirroring, "
-          "spoils the order of a B-spline over a dozen nodes")
-      ->type_name("N")
-      ->capture_default_str();
-  verb->add_option(
-          "--margin", compare.margin,
-          "Hits nearer than this to the border of the domain, in world units, are left out at every resolution; by "
-          "default the edge of a cell of the coarsest grid, or an eighth of the domain's shortest edge if that is less")
-      ->type_name("LENGTH");
+  of_samples.push_back(verb->add_option("--apron", compare.apron,
+                                        "Nodes more beyond each face of the domain: the border of a grid, where "
+                                        "samples are continued by mirroring, "
+                                        "spoils the order of a B-spline over a dozen nodes")
+                           ->type_name("N")
+                           ->capture_default_str());
+  of_samples.push_back(
+      verb->add_option(
+              "--margin", compare.margin,
+              "Hits nearer than this to the border of the domain, in world units, are left out at every resolution; by "
+              "default the edge of a cell of the coarsest grid, or an eighth of the domain's shortest edge if that is "
+              "less")
+          ->type_name("LENGTH"));
   add_device(verb, compare.device);
   verb->add_option("-o,--output", compare.output, "Write the table to this file, too")->type_name("TABLE.csv");
-  chosen(verb, [this] { run_compare(compare, common); });
+  chosen(verb, [this, of_samples] {
+    for (const CLI::Option* option : of_samples) compare.asks_for_samples |= option->count() > 0;
+    run_compare(compare, common);
+  });
 }
 
 void CommandLine::declare_bench(CLI::App& app) {

@@ -71,9 +71,9 @@ void render_surface(const RenderCommand& command, const CommonOptions& common) {
   options.samples = command.samples.value_or(2);
   options.range = range_in(command.range);
   const Surface surface = load_surface(command.surface);
-  options.camera = camera_of(command, surface.bounds());
+  options.camera = camera_of(command, naming(command.surface, [&] { return surface.bounds(); }));
   const Device device = open(command.device, common);
-  const Interrogator query = prepare(device, surface, common);
+  const Interrogator query = prepare(device, surface, command.surface, common);
 
   const Stopwatch watch;
   Image image;
@@ -118,7 +118,7 @@ void render_lines(const RenderCommand& command, const CommonOptions& common) {
   seeds.tangents.clear();
   seeds.second_tangents.clear();
   const Device device = open(command.device, common);
-  const Tracer tracer = prepare(device, field, common);
+  const Tracer tracer = prepare(device, field, command.surface, common);
 
   const Stopwatch watch;
   const double usual = usual_time(tracer, seeds, field.bounds());

@@ -93,7 +93,7 @@ void run_cast(const CastCommand& command, const CommonOptions& common) {
   const std::vector<Property> properties = properties_named(command.properties, surface);
   const RayBatch rays = read_rays(command.rays);
   const Device device = open(command.device, common);
-  const Interrogator query = prepare(device, surface, common);
+  const Interrogator query = prepare(device, surface, command.surface, common);
 
   const Stopwatch watch;
   HitList hits;
@@ -116,7 +116,7 @@ void run_probe(const ProbeCommand& command, const CommonOptions& common) {
   const std::vector<Property> properties = properties_named(command.properties.value_or(usual(surface)), surface);
   const PointTable points = read_points(command.points, surface.model().coordinate_names());
   const Device device = open(command.device, common);
-  const Interrogator query = prepare(device, surface, common);
+  const Interrogator query = prepare(device, surface, command.surface, common);
 
   const Stopwatch watch;
   PointProperties values;

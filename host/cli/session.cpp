@@ -22,14 +22,16 @@ Device open(const DeviceChoice& choice, const CommonOptions& common) {
   return open_device(choice.name, options);
 }
 
-Interrogator prepare(const Device& device, const Surface& surface, const CommonOptions& common) {
+Interrogator prepare(const Device& device, const Surface& surface, const std::filesystem::path& file,
+                     const CommonOptions& common) {
   Progress progress(fmt::format("preparing the {}", surface.kind()), common.quiet);
-  return Interrogator(device, surface, {.progress = progress.callback()});
+  return naming(file, [&] { return Interrogator(device, surface, {.progress = progress.callback()}); });
 }
 
-Tracer prepare(const Device& device, const VectorField& field, const CommonOptions& common) {
+Tracer prepare(const Device& device, const VectorField& field, const std::filesystem::path& file,
+               const CommonOptions& common) {
   Progress progress(fmt::format("preparing the field ({})", field.kind()), common.quiet);
-  return Tracer(device, field, {.progress = progress.callback()});
+  return naming(file, [&] { return Tracer(device, field, {.progress = progress.callback()}); });
 }
 
 std::string extension_of(const std::filesystem::path& file) {

@@ -9,6 +9,7 @@
 
 #include "cli/commands.hpp"
 #include "smurf/device.hpp"
+#include "smurf/error.hpp"
 #include "smurf/flow.hpp"
 #include "smurf/interrogator.hpp"
 
@@ -16,10 +17,24 @@ namespace smurf {
 
 Device open(const DeviceChoice& choice, const CommonOptions& common);
 
-// The surface on the device; says how far it is where that takes long.
-Interrogator prepare(const Device& device, const Surface& surface, const CommonOptions& common);
+// Does the work; what is wrong with the input is told with the name of the file that it comes from. (Of a stream surface
+// much is known only when it is traced.)
+template <class Work>
+auto naming(const std::filesystem::path& file, const Work& work) {
+  try {
+    return work();
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::input) throw;
+    throw Error(error.code(), file.string() + ": " + error.what());
+  }
+}
+
+// The surface of the file on the device; says how far it is where that takes long.
+Interrogator prepare(const Device& device, const Surface& surface, const std::filesystem::path& file,
+                     const CommonOptions& common);
 // The same of a vector field.
-Tracer prepare(const Device& device, const VectorField& field, const CommonOptions& common);
+Tracer prepare(const Device& device, const VectorField& field, const std::filesystem::path& file,
+               const CommonOptions& common);
 
 // Throws Error (usage) when the extension is none of `extensions` (".csv"), when the folder does not exist or
 // when the path is a folder: known before the work begins, so that no work is lost.

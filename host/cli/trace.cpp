@@ -122,7 +122,7 @@ void run_trace(const TraceCommand& command, const CommonOptions& common) {
   const VectorField field = load_vector_field(command.field);
   const FlowSeeds seeds = seeds_of(command, options.variation);
   const Device device = open(command.device, common);
-  const Tracer tracer = prepare(device, field, common);
+  const Tracer tracer = prepare(device, field, command.field, common);
 
   const Stopwatch watch;
   const Streamlines lines = trace_lines(tracer, seeds, options, common);

@@ -13,12 +13,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <numbers>
-#include <random>
 #include <utility>
 
 #include "smurf/error.hpp"
 #include "smurf/interrogator.hpp"
+#include "techniques/errors.hpp"
 
 namespace smurf {
 
@@ -52,46 +51,6 @@ class Interior {
   double radius_;
   bool is_ball_;
 };
-
-// Isotropic lines through the domain's box: they enter evenly over its faces, in directions by the cosine to the face.
-RayBatch chords_of(const Domain& domain, std::size_t count, std::uint64_t seed) {
-  std::mt19937_64 random(seed);
-  const auto uniform = [&] { return double(random() >> 11) * 0x1p-53; };  // the standard's own differ between libraries
-  const glm::dvec3 extent = extent_of(domain);
-  const glm::dvec3 area(extent.y * extent.z, extent.z * extent.x, extent.x * extent.y);
-  RayBatch rays(count);
-  for (std::size_t i = 0; i < count; i++) {
-    const double face = uniform() * (area.x + area.y + area.z);
-    const int axis = face < area.x ? 0 : face < area.x + area.y ? 1 : 2;
-    const bool from_above = uniform() < 0.5;
-    glm::dvec3 origin = domain.lower;
-    for (int a = 0; a < 3; a++) origin[a] += extent[a] * (a == axis ? double(from_above) : uniform());
-    const double sine_squared = uniform(), turn = 2 * std::numbers::pi * uniform();
-    glm::dvec3 direction;
-    direction[axis] = (from_above ? -1 : 1) * std::sqrt(1 - sine_squared);
-    direction[(axis + 1) % 3] = std::sqrt(sine_squared) * std::cos(turn);
-    direction[(axis + 2) % 3] = std::sqrt(sine_squared) * std::sin(turn);
-    rays.set(i, {glm::vec3(origin), glm::vec3(direction)});
-  }
-  return rays;
-}
-
-struct Errors {
-  std::size_t count = 0;
-  double squares = 0, greatest = 0;
-
-  void add(double error) {
-    count++;
-    squares += error * error;
-    greatest = std::max(greatest, std::abs(error));
-  }
-  double rms() const { return count > 0 ? std::sqrt(squares / double(count)) : std::nan(""); }
-  ErrorMeasure measure() const { return {rms(), count > 0 ? greatest : std::nan("")}; }
-};
-
-double angle_between(const glm::dvec3& a, const glm::dvec3& b) {
-  return std::atan2(length_of(glm::cross(a, b)), glm::dot(a, b));
-}
 
 struct Rows {
   std::size_t begin, end;
@@ -318,7 +277,7 @@ Comparison Work::run() {
                                               result_.margin, shortest));
   }
 
-  truth_.chords = chords_of(domain, options_.rays, options_.seed);
+  truth_.chords = chords_of({domain.lower, domain.upper}, options_.rays, options_.seed);
   find_points(interior);
   if (result_.points == 0) {
     throw Error(ErrorCode::input,

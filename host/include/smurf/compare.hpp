@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "smurf/device.hpp"
+#include "smurf/stream.hpp"
 #include "smurf/surface.hpp"
 
 namespace smurf {
@@ -87,5 +88,42 @@ struct Comparison {
 // are floats, and the device answers for them. Throws Error (usage) on options that cannot be meant, Error (input) when
 // the surface is not given by an expression, or when no chord meets it.
 Comparison compare(const Device& device, const Surface& surface, const CompareOptions& options = {});
+
+// Comparison of the ways to normals and curvature on a stream surface: those of StreamDerivatives that only know the
+// mesh against the variational equations, integrated from the seed to each point. (The use that Loeffelmann and others,
+// 1999, make of their cases 3 and 4.)
+//
+//   auto comparison = smurf::compare_stream(device, surface);
+//   for (const auto& row : comparison.rows) std::printf("%s %g\n", name_of(row.derivatives).data(), row.normal.rms);
+struct StreamCompareOptions {
+  std::size_t rays = 2000;      // chords of the surface's bounds
+  std::size_t places = 10'000;  // random (u, τ) at which the mesh is held against the true surface
+  std::uint64_t seed = 1;       // of both
+  std::function<void(std::size_t done, std::size_t total)> progress = {};
+};
+
+struct StreamComparisonRow {
+  StreamDerivatives derivatives = StreamDerivatives::interpolated;
+  std::size_t undefined = 0;  // hits without a normal, in none of the errors
+  std::size_t flat = 0;       // hits with a normal but no curvature, in the errors of normals only
+  ErrorMeasure normal;        // angle, in radians
+  ErrorMeasure mean;          // of mean curvature, absolute, per unit of length
+  ErrorMeasure gauss;         // of Gauss curvature, absolute, per unit of length squared
+};
+
+struct StreamComparison {
+  std::size_t rays = 0;
+  std::size_t hits = 0;                   // where errors are measured: all hits of the chords
+  std::size_t sampled = 0;                // those of them that are not proved
+  double mean_rms = 0, gauss_rms = 0;     // of the integrated curvatures, as a scale for errors
+  std::vector<StreamComparisonRow> rows;  // interpolated, mesh, neighbours
+  std::size_t places = 0;                 // at which the surface is, of those that were drawn
+  ErrorMeasure deviation;                 // of the mesh from the true surface at the same (u, τ), in units of space
+  double tolerance = 0;                   // that was asked for
+};
+
+// Of a back-stream surface the mesh is compared that the explicit method makes of it. Throws Error (usage) on surfaces
+// of another kind and on options that cannot be meant, Error (input) when no chord meets the surface.
+StreamComparison compare_stream(const Device& device, const Surface& surface, const StreamCompareOptions& options = {});
 
 }  // namespace smurf

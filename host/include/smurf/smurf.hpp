@@ -14,5 +14,7 @@
 #include "smurf/patch.hpp"
 #include "smurf/rays.hpp"
 #include "smurf/render.hpp"
+#include "smurf/stream.hpp"
+#include "smurf/stream_export.hpp"
 #include "smurf/surface.hpp"
 #include "smurf/volume.hpp"

@@ -70,6 +70,13 @@ struct StreamOptions {
 // is outside throughout, along the flow throughout, or where nothing moves; Error (memory), which says what was
 // reached, where the tolerance cannot be met.
 Surface stream_surface(const VectorField& field, const SeedLine& seed, const StreamOptions& options = {});
+// The options of a stream surface, with the default tolerance put in; and the surface of the same field and seed by
+// other options, which shares what was traced where times and tolerance are the same. Both throw Error (usage) on
+// surfaces of another kind.
+const StreamOptions& options_of(const Surface& surface);
+Surface with_options(const Surface& surface, const StreamOptions& options);
+// The range of u of its seed curve. Throws Error (usage) likewise.
+glm::dvec2 seed_range(const Surface& surface);
 
 // The cells of the mesh of a stream surface as polygons in (u, τ): counter-clockwise corners, with those of smaller
 // neighbours on their sides, so that polygons fit. Traces the surface where that has not been done. With back_stream an

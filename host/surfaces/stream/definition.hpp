@@ -36,6 +36,9 @@ class StreamSurface : public SurfaceDefinition {
   double field_extent() const;                               // the longest side of the field's bounds
   bool is_smooth() const { return field().smoothness() >= 2; }
 
+  // Of the same field and seed. What was traced is shared where times and tolerance are the same.
+  std::shared_ptr<const StreamSurface> with(const StreamOptions& options) const;
+
   // Traced by the first who asks, on that executor, and kept; without one on the first device there is.
   const StreamMesh& mesh(Executor* executor = nullptr) const;
   // Leaves of the mesh, and open ones where streamlines end within a cell. What they exclude is the true

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <pugixml.hpp>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "harness/command_line.hpp"
+#include "harness/files/vtk_arrays.hpp"
 #include "io/csv.hpp"
 #include "io/writers/line_file.hpp"
 
@@ -19,6 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::text_of;
+using test::vtk_array, test::vtk_bytes;
 
 fs::path test_file(const std::string& name) {
   fs::path folder =
@@ -99,35 +100,6 @@ TEST(LineFile, FloatsReadBackToTheSameBits) {
   }
 }
 
-// The bytes of a base64 array behind its header word, which must tell their number.
-std::string bytes_of(const pugi::xml_node& parent, const char* name) {
-  const std::string text = parent.find_child_by_attribute("DataArray", "Name", name).text().get(),
-                    digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string bytes;
-  std::uint32_t word = 0;
-  int bits = 0;
-  for (const char c : text) {
-    if (c == '=') break;
-    word = word << 6 | std::uint32_t(digits.find(c));
-    bits += 6;
-    if (bits < 8) continue;
-    bits -= 8;
-    bytes += char(word >> bits & 255);
-  }
-  std::uint64_t size = 0;
-  if (bytes.size() >= sizeof size) std::memcpy(&size, bytes.data(), sizeof size);
-  EXPECT_EQ(size + sizeof size, bytes.size()) << name;
-  return bytes.substr(std::min(bytes.size(), sizeof size));
-}
-
-template <class T>
-std::vector<T> array_of(const pugi::xml_node& parent, const char* name) {
-  const std::string bytes = bytes_of(parent, name);
-  std::vector<T> values(bytes.size() / sizeof(T));
-  std::memcpy(static_cast<void*>(values.data()), bytes.data(), values.size() * sizeof(T));
-  return values;
-}
-
 TEST(LineFile, PolylinesAsVtkXml) {
   const fs::path file = test_file("lines.vtp");
   Streamlines lines = four_lines();
@@ -139,22 +111,23 @@ TEST(LineFile, PolylinesAsVtkXml) {
   EXPECT_EQ(piece.attribute("NumberOfPoints").as_int(), 10);
   EXPECT_EQ(piece.attribute("NumberOfVerts").as_int(), 1);
   EXPECT_EQ(piece.attribute("NumberOfLines").as_int(), 3);
-  const auto points = array_of<glm::vec3>(piece.child("Points"), "Points");
+  const auto points = vtk_array<glm::vec3>(piece.child("Points"), "Points");
   ASSERT_EQ(points.size(), 10u);
   for (std::size_t i = 0; i < points.size(); i++) EXPECT_EQ(points[i], lines.positions[i]);
-  EXPECT_EQ(array_of<float>(piece.child("PointData"), "t"), std::vector<float>(lines.times.begin(), lines.times.end()));
-  EXPECT_EQ(array_of<glm::vec3>(piece.child("PointData"), "u").size(), 10u);
-  const std::string words = bytes_of(piece.child("PointData"), "status"), z(1, '\0'), inside = "inside" + z;
+  EXPECT_EQ(vtk_array<float>(piece.child("PointData"), "t"),
+            std::vector<float>(lines.times.begin(), lines.times.end()));
+  EXPECT_EQ(vtk_array<glm::vec3>(piece.child("PointData"), "u").size(), 10u);
+  const std::string words = vtk_bytes(piece.child("PointData"), "status"), z(1, '\0'), inside = "inside" + z;
   EXPECT_EQ(words, inside + inside + "time" + z + inside + inside + "domain" + z + "stagnation" + z + inside + "steps" +
                        z + "blanked" + z);
   // The vertex stands before the lines, and each line runs in order of t.
-  EXPECT_EQ(array_of<std::uint32_t>(piece.child("CellData"), "line"), (std::vector<std::uint32_t>{3, 0, 1, 2}));
-  EXPECT_EQ(bytes_of(piece.child("CellData"), "end"), "blanked" + z + "time" + z + "domain" + z + "steps" + z);
+  EXPECT_EQ(vtk_array<std::uint32_t>(piece.child("CellData"), "line"), (std::vector<std::uint32_t>{3, 0, 1, 2}));
+  EXPECT_EQ(vtk_bytes(piece.child("CellData"), "end"), "blanked" + z + "time" + z + "domain" + z + "steps" + z);
   using Numbers = std::vector<std::int64_t>;
-  EXPECT_EQ(array_of<std::int64_t>(piece.child("Verts"), "connectivity"), Numbers{9});
-  EXPECT_EQ(array_of<std::int64_t>(piece.child("Verts"), "offsets"), Numbers{1});
-  EXPECT_EQ(array_of<std::int64_t>(piece.child("Lines"), "connectivity"), (Numbers{0, 1, 2, 5, 4, 3, 6, 7, 8}));
-  EXPECT_EQ(array_of<std::int64_t>(piece.child("Lines"), "offsets"), (Numbers{3, 6, 9}));
+  EXPECT_EQ(vtk_array<std::int64_t>(piece.child("Verts"), "connectivity"), Numbers{9});
+  EXPECT_EQ(vtk_array<std::int64_t>(piece.child("Verts"), "offsets"), Numbers{1});
+  EXPECT_EQ(vtk_array<std::int64_t>(piece.child("Lines"), "connectivity"), (Numbers{0, 1, 2, 5, 4, 3, 6, 7, 8}));
+  EXPECT_EQ(vtk_array<std::int64_t>(piece.child("Lines"), "offsets"), (Numbers{3, 6, 9}));
 }
 
 }  // namespace
