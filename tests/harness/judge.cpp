@@ -20,8 +20,15 @@ constexpr double malformed_severity = 4, missed_severity = 3, invented_severity 
 
 class RayJudge {
  public:
-  RayJudge(const HitList& hits, std::size_t index, const RayOracle& oracle, const Ray& ray, HitStatus claim)
-      : hits_(hits), index_(index), oracle_(oracle), ray_(ray), claim_(claim), roots_(oracle.roots()) {
+  RayJudge(const HitList& hits, std::size_t index, const RayOracle& oracle, const Ray& ray, HitStatus claim,
+           bool may_sample)
+      : hits_(hits),
+        index_(index),
+        oracle_(oracle),
+        ray_(ray),
+        claim_(claim),
+        may_sample_(may_sample),
+        roots_(oracle.roots()) {
     for (std::size_t i = hits.offsets()[index]; i < hits.offsets()[index + 1]; i++) {
       list_.push_back({i, hits.t()[i], hits.uncertainty()[i], hits.status()[i]});
       if (!hits.coordinates().empty()) list_.back().place = hits.coordinates()[i];
@@ -54,7 +61,10 @@ class RayJudge {
       if (!(hit.uncertainty >= 0)) wrong = fmt::format("the uncertainty is {}", hit.uncertainty);
       if (hits_.rays()[hit.index] != index_)
         wrong = fmt::format("the hit says that it is of ray {}", hits_.rays()[hit.index]);
-      if (hit.status != claim_ && !is_flagged(hit)) wrong = fmt::format("its status is {}", name_of(hit.status));
+      const bool sampled = may_sample_ && hit.status == HitStatus::sampled;
+      if (sampled) verdict_.sampled_rays = 1;
+      if (hit.status != claim_ && !sampled && !is_flagged(hit))
+        wrong = fmt::format("its status is {}", name_of(hit.status));
       const auto [off, allowed] = location_error(hit);
       if (!(off <= allowed)) wrong = fmt::format("its location is off by {:.3g}", off);
       if (wrong.empty()) continue;
@@ -153,6 +163,7 @@ class RayJudge {
   const RayOracle& oracle_;
   Ray ray_;
   HitStatus claim_;
+  bool may_sample_;
   std::span<const Root> roots_;
   std::vector<Hit> list_, claims_;
   Verdict verdict_;
@@ -167,7 +178,7 @@ bool same(std::span<const T> a, std::span<const T> b) {
 
 void Verdict::add(const Verdict& other) {
   rays += other.rays, roots += other.roots, hits += other.hits;
-  flagged_rays += other.flagged_rays, doubtful_rays += other.doubtful_rays;
+  flagged_rays += other.flagged_rays, sampled_rays += other.sampled_rays, doubtful_rays += other.doubtful_rays;
   missed += other.missed, invented += other.invented, doubled += other.doubled;
   misplaced += other.misplaced, malformed += other.malformed;
   optional_roots += other.optional_roots, optional_missed += other.optional_missed, excused += other.excused;
@@ -185,6 +196,7 @@ void Verdict::add(const Verdict& other) {
 std::string Verdict::summary() const {
   std::string text = fmt::format("{} rays, {} roots, {} hits, {} rays flagged, {} grazing, |t - truth| <= {:.2g} {}; ",
                                  rays, roots, hits, flagged_rays, grazing, largest_difference, unit);
+  if (sampled_rays > 0) text += fmt::format("{} rays sampled; ", sampled_rays);
   if (doubtful_rays > 0) text += fmt::format("{} rays doubtful; ", doubtful_rays);
   if (optional_missed > 0) text += fmt::format("{} of {} optional roots missed; ", optional_missed, optional_roots);
   if (widest_enclosure > 0) text += fmt::format("widest enclosure {:.2g} of the ray; ", widest_enclosure);
@@ -192,8 +204,9 @@ std::string Verdict::summary() const {
                             misplaced, malformed);
 }
 
-Verdict judge_ray(const HitList& hits, std::size_t index, const RayOracle& oracle, const Ray& ray, HitStatus claim) {
-  return RayJudge(hits, index, oracle, ray, claim).verdict();
+Verdict judge_ray(const HitList& hits, std::size_t index, const RayOracle& oracle, const Ray& ray, HitStatus claim,
+                  bool may_sample) {
+  return RayJudge(hits, index, oracle, ray, claim, may_sample).verdict();
 }
 
 Verdict judge(const HitList& hits, const Oracle& oracle, const RayBatch& rays) {
@@ -202,7 +215,7 @@ Verdict judge(const HitList& hits, const Oracle& oracle, const RayBatch& rays) {
   parallel_for(parts.size(), [&](std::size_t part) {
     for (std::size_t i = part * chunk; i < std::min(rays.size(), (part + 1) * chunk); i++) {
       const Ray ray = rays[i];
-      parts[part].add(judge_ray(hits, i, *oracle.on(i, ray), ray, oracle.claim()));
+      parts[part].add(judge_ray(hits, i, *oracle.on(i, ray), ray, oracle.claim(), oracle.may_sample()));
     }
   });
   Verdict verdict;

@@ -17,6 +17,7 @@ namespace smurf::test {
 struct Verdict {
   std::size_t rays = 0, roots = 0, hits = 0;
   std::size_t flagged_rays = 0;   // with a hit that is tangent or unresolved
+  std::size_t sampled_rays = 0;   // with a hit that is `sampled`
   std::size_t doubtful_rays = 0;  // whose number of roots the oracle does not know
   std::size_t missed = 0, invented = 0, doubled = 0, misplaced = 0, malformed = 0;
   std::size_t optional_roots = 0, optional_missed = 0;  // roots that need not be found
@@ -40,7 +41,7 @@ struct Verdict {
 Verdict judge(const HitList& hits, const Oracle& oracle, const RayBatch& rays);
 // Of one ray.
 Verdict judge_ray(const HitList& hits, std::size_t index, const RayOracle& oracle, const Ray& ray,
-                  HitStatus claim = HitStatus::isolated);
+                  HitStatus claim = HitStatus::isolated, bool may_sample = false);
 
 // The first hits are the first of all hits.
 void expect_first(const HitList& all, const HitList& first, const std::string& where);

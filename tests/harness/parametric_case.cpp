@@ -190,11 +190,12 @@ std::shared_ptr<const Oracle> oracle_by_reference(const Surface& surface, const 
 
 // ---- Points
 
-PointOracle parametric_points(std::span<const SurfaceCoordinates> places, double extent, PointAt at) {
-  constexpr double normal = tolerance(Quantity::normal, kind).value,
-                   curvature = tolerance(Quantity::curvature, kind).value,
-                   floor = tolerance(Quantity::curvature_floor, kind).value,
-                   rounding = tolerance(Quantity::conditioning, kind).value * 0x1p-24;
+PointOracle parametric_points(std::span<const SurfaceCoordinates> places, double extent, PointAt at,
+                              std::string_view of_kind) {
+  const double normal = tolerance(Quantity::normal, of_kind).value,
+               curvature = tolerance(Quantity::curvature, of_kind).value,
+               floor = tolerance(Quantity::curvature_floor, of_kind).value,
+               rounding = tolerance(Quantity::conditioning, of_kind).value * 0x1p-24;
   return [=, at = std::move(at)](std::size_t i, const glm::dvec3&) -> std::optional<PointTruth> {
     const auto point = at(places[i]);
     if (!point) return std::nullopt;

@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "harness/case.hpp"
@@ -70,7 +71,8 @@ std::shared_ptr<const Oracle> oracle_by_reference(const Surface& surface, const 
 // What is measured at the hits of a list, by derivatives at their own u and v. `at` gives nothing where nothing is
 // compared.
 using PointAt = std::function<std::optional<PatchPoint>(const SurfaceCoordinates&)>;
-PointOracle parametric_points(std::span<const SurfaceCoordinates> places, double extent, PointAt at);
+PointOracle parametric_points(std::span<const SurfaceCoordinates> places, double extent, PointAt at,
+                              std::string_view kind = "parametric");
 
 // A case without its rays and oracle. Patches are written out to be cast on again.
 Case case_of(const ParametricScene& scene);

@@ -21,6 +21,25 @@ class BoxTree {
     if (!boxes_.empty()) split(0, std::int32_t(order_.size()));
   }
 
+  // Calls `use(number)` for the boxes that `wanted(box)` is true of, as it is of every box about such a one.
+  template <class Wanted, class Use>
+  void visit(const Wanted& wanted, const Use& use) const {
+    if (nodes_.empty()) return;
+    std::vector<std::int32_t> open{0};
+    while (!open.empty()) {
+      const Node& node = nodes_[std::size_t(open.back())];
+      open.pop_back();
+      if (!wanted(node.box)) continue;
+      if (node.right > 0) {
+        open.push_back(node.left);
+        open.push_back(node.right);
+        continue;
+      }
+      for (const std::int32_t i : std::span(order_).subspan(std::size_t(node.begin), std::size_t(node.count)))
+        if (wanted(boxes_[std::size_t(i)])) use(i);
+    }
+  }
+
   // Numbers of the boxes that a point is in, or nearer to than `slack` along each axis, ascending.
   void find(const glm::dvec3& point, double slack, std::vector<std::int32_t>& found) const {
     found.clear();

@@ -32,6 +32,7 @@ class StreamSurface : public SurfaceDefinition {
   const VectorFieldDefinition& field() const { return field_.model(); }
   const std::shared_ptr<const VectorFieldDefinition>& share_field() const { return field_.share(); }
   const SeedCurve& seed() const { return *seed_.share(); }
+  const SeedLine& share_seed() const { return seed_; }
   const StreamOptions& options() const { return options_; }  // with defaults put in
   double field_extent() const;                               // the longest side of the field's bounds
   bool is_smooth() const { return field().smoothness() >= 2; }
