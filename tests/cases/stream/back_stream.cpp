@@ -1,0 +1,4 @@
+#include "harness/kernel_cover.hpp"
+namespace smurf::test {
+KERNELS(trace_curtain);
+}
