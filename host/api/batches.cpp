@@ -16,6 +16,7 @@
 #include "device/executor.hpp"
 #include "kernels/layout/slots.inc"
 #include "smurf/error.hpp"
+#include "surfaces/hit_columns.hpp"
 #include "surfaces/kinds.hpp"
 #include "surfaces/queries.hpp"
 #include "surfaces/resident_surface.hpp"
@@ -58,6 +59,7 @@ class DeviceQueries final : public SurfaceQueries {
         *model_, rays, options.hits,
         [&](const RayBatch& rest, HitList& found) { find(rest, {.hits = Hits::first, .tile = options.tile}, found); },
         hits);
+    if (surface_->polishes()) polish(rays, hits);
     if (options.properties != 0)
       measure({hits.locations(), hits.coordinates(), {}}, options.properties, {}, HitColumns::properties(hits));
   }
@@ -109,7 +111,6 @@ class DeviceQueries final : public SurfaceQueries {
         continue;
       }
       if (!first_only) hits_seen_ = std::max({hits_seen_, most, 1});
-      if (surface_->polishes()) polish_hits(tile, capacity);
       rows_->begin(tile, {counts_.get(), slots_.get(), most, blocks, rays_in_block_}, rays.size(), rows_per_ray_, hits);
       const std::size_t next = tile.first + tile.count;
       tile.count = 0;
@@ -295,17 +296,67 @@ class DeviceQueries final : public SurfaceQueries {
     }
   }
 
-  void polish_hits(const Tile& tile, int capacity) {
+  // Moves single roots to where they are more exactly.
+  void polish(const RayBatch& rays, HitList& hits) {
+    std::vector<std::size_t> rows;
+    for (std::size_t h = 0; h < hits.size(); h++) {
+      const HitStatus status = hits.status()[h];
+      if (status == HitStatus::isolated || status == HitStatus::sampled) rows.push_back(h);
+    }
+    for (std::size_t first = 0; first < rows.size(); first += rays_in_tile)
+      polish_rows(rays, std::span(rows).subspan(first, std::min(rays_in_tile, rows.size() - first)), hits);
+  }
+
+  void polish_rows(const RayBatch& rays, std::span<const std::size_t> rows, HitList& hits) {
+    constexpr std::size_t place_columns = 4;
+    const std::size_t count = rows.size();
+    std::vector<float> of_rays(count * RayBatch::component_count), places(count * place_columns);
+    const auto each = [&](auto&& visit) {
+      for (std::size_t i = 0; i < count; i++) {
+        HitRow row = HitColumns::row(hits, coordinates_, rows[i]);
+        visit(i, row);
+      }
+    };
+    each([&](std::size_t i, const HitRow& row) {
+      for (std::size_t c = 0; c < std::size_t(RayBatch::component_count); c++)
+        of_rays[c * count + i] = rays.component(RayBatch::Component(c))[row.rays];
+      places[i] = row.t;
+      places[count + i] = row.uncertainty;
+      places[2 * count + i] = row.coordinates.u;
+      places[3 * count + i] = row.coordinates.v;
+    });
+    TypedBuffer<float> ray_buffer(executor_, of_rays.size(), "rays of hits"),
+        place_buffer(executor_, places.size(), "places of hits");
+    ray_buffer.write(of_rays);
+    place_buffer.write(places);
     launch(executor_, polish_hits_,
            arguments::polish_hits{.surface = surface_->buffers(),
-                                  .rays = tile.rays,
-                                  .counts = counts_.get(),
-                                  .slots = slots_.get(),
-                                  .first = int(tile.offset),
-                                  .count = int(tile.count),
-                                  .stride = int(tile.stride),
-                                  .capacity = capacity},
-           tile.count);
+                                  .rays = ray_buffer.get(),
+                                  .places = place_buffer.get(),
+                                  .count = int(count)},
+           count);
+    place_buffer.read(places);
+    each([&](std::size_t i, HitRow& row) {
+      row.t = places[i];
+      row.uncertainty = places[count + i];
+      row.coordinates.u = places[2 * count + i];
+      row.coordinates.v = places[3 * count + i];
+      const Ray ray = rays[row.rays];
+      row.locations = glm::vec3(glm::dvec3(ray.origin) + double(row.t) * glm::dvec3(ray.direction));
+      HitColumns::set(hits, coordinates_, rows[i], row);
+    });
+    sort_rows(rows, hits);
+  }
+
+  // Neighbours of which one has passed the other change places.
+  void sort_rows(std::span<const std::size_t> rows, HitList& hits) const {
+    for (const std::size_t moved : rows) {
+      for (std::size_t h = moved; h > hits.offsets()[hits.rays()[moved]] && hits.t()[h] < hits.t()[h - 1]; h--) {
+        const HitRow a = HitColumns::row(hits, coordinates_, h - 1), b = HitColumns::row(hits, coordinates_, h);
+        HitColumns::set(hits, coordinates_, h - 1, b);
+        HitColumns::set(hits, coordinates_, h, a);
+      }
+    }
   }
 
   // No hit is lost in silence.

@@ -1,7 +1,7 @@
-// The hits of a tile's rays, more exactly.
+// Hits, more exactly.
 #include "batch/polish_hits.inc"
 
 KERNEL(polish_hits) {
   Surface surface = surface_open(surface_buffers());
-  polish_hits_of(surface, rays, counts, slots, lane_items(work_item()), first, count, stride, capacity);
+  polish_hits_of(surface, rays, places, lane_items(work_item()), count);
 }
