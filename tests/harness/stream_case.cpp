@@ -74,11 +74,12 @@ class StreamRay : public RayOracle {
 
 StreamOracle::StreamOracle(const StreamScene& scene, const RayBatch& rays, double place)
     : scene_(scene), parametric_(scene.parametric()), extent_(extent_of(scene)), place_(place), roots_(rays.size()) {
+  const double near = std::max(4e-6, 2 * place);  // rays round their origins and directions to floats
   parallel_for(rays.size(), [&](std::size_t i) {
     const Ray ray = rays[i];
     const glm::vec3 sum = ray.origin + ray.direction;
     if (std::isfinite(sum.x + sum.y + sum.z) && ray.direction != glm::vec3(0.0f) && ray.t_min <= ray.t_max)
-      roots_[i] = roots_on(scene_, parametric_, extent_, ray);
+      roots_[i] = roots_on(scene_, parametric_, extent_, near, ray);
   });
 }
 

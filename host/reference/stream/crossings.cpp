@@ -13,7 +13,9 @@ using glm::dmat2;
 using glm::dvec2;
 using glm::dvec3;
 
-constexpr int deepest = 28;            // halvings of a cell
+constexpr int deepest = 28;  // halvings of a cell
+// Of a cell, which rays cross 18 times at most: open parts of one size, and folds. More are a ray along the surface.
+constexpr std::size_t most_open = 256, most_folds = 64;
 constexpr double outside = 0.05;       // of a part, by which the patch's crossing may lie beyond it
 constexpr double exact_place = 1e-11;  // of the extent: how exactly places are found
 constexpr double same_place = 1e-8;    // of the extent: crossings that are one
@@ -149,11 +151,10 @@ void StreamCrossings::cross_cell(const Line& line, std::size_t cell, std::vector
   const double off = place.off + line.rounding;
   Piece whole;
   for (std::size_t i = 0; i < 16; i++) whole.net[i] = dvec3(line.off(net[i]), line.t_of(net[i]));
-  std::vector<Piece> open{whole};
-  while (!open.empty()) {
-    const Piece piece = open.back();
-    open.pop_back();
-    if (piece.misses(line, off)) continue;
+  // Level by level: parts that are still open at one tell how far the ray runs along the surface.
+  std::vector<Piece> open{whole}, folds;
+  const auto cross_piece = [&](const Piece& piece, std::vector<Piece>& halves) {
+    if (piece.misses(line, off)) return;
     const bool clear = piece.is_one_to_one();
     if (clear) {
       // The crossing of the patch, continued.
@@ -174,23 +175,57 @@ void StreamCrossings::cross_cell(const Line& line, std::size_t cell, std::vector
         left = std::max({-local.x, local.x - 1, -local.y, local.y - 1}) > 3;
         done = std::max(std::abs(move.x) / size.x, std::abs(move.y) / size.y) < 1e-9;
       }
-      if (left && reach < outside) continue;
+      if (left && reach < outside) return;
       if (done && reach < outside) {
         const dvec2 local = (at - dvec2(piece.a0, piece.b0)) / size;
-        if (std::max({-local.x, local.x - 1, -local.y, local.y - 1}) > outside) continue;
+        if (std::max({-local.x, local.x - 1, -local.y, local.y - 1}) > outside) return;
         if (const auto crossing = polish(line, place, net, at.x, at.y, false)) found.push_back(*crossing);
-        continue;
+        return;
       }
     }
     if (piece.depth >= deepest || piece.width() < 4 * off) {
-      unfold(line, place, net, piece, found);
-      continue;
+      folds.push_back(piece);
+      return;
     }
-    Piece low, high;
-    piece.split(low, high);
-    open.push_back(low);
-    open.push_back(high);
+    halves.resize(halves.size() + 2);
+    piece.split(halves[halves.size() - 2], halves.back());
+  };
+  while (!open.empty() && open.size() <= most_open && folds.size() <= most_folds) {
+    std::vector<Piece> halves;
+    for (const Piece& piece : open) cross_piece(piece, halves);
+    open = std::move(halves);
   }
+  if (open.empty() && folds.size() <= most_folds) {
+    for (const Piece& piece : folds) unfold(line, place, net, piece, found);
+    return;
+  }
+  open.insert(open.end(), folds.begin(), folds.end());
+  std::erase_if(open, [&](const Piece& piece) { return piece.misses(line, off); });
+  run_along(line, place, open, found);
+}
+
+// A ray that lies in the surface to as much as parts of this size tell: one enclosure of all that is open.
+void StreamCrossings::run_along(const Line& line, const StreamCellPlace& place, const std::vector<Piece>& open,
+                                std::vector<StreamCrossing>& found) const {
+  if (open.empty()) return;
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const Piece& piece : open) {
+    for (const dvec3& c : piece.net) low = std::min(low, c.z), high = std::max(high, c.z);
+  }
+  const double slack = (place.off + line.rounding) / line.speed;
+  low = std::max(low - slack, line.ray.t_min);
+  high = std::min(high + slack, line.ray.t_max);
+  if (low > high) return;
+  const Piece& middle = open[open.size() / 2];
+  StreamCrossing c;
+  c.stretch = place.stretch;
+  c.u = std::lerp(place.u0, place.u1, 0.5 * (middle.a0 + middle.a1));
+  c.time = std::lerp(place.t0, place.t1, 0.5 * (middle.b0 + middle.b1));
+  c.t = 0.5 * (low + high);
+  c.uncertainty = 0.5 * (high - low);
+  c.slope = 0;
+  c.status = HitStatus::tangent;
+  found.push_back(c);
 }
 
 // Newton's method on the true map. Its derivative along the flow is exact; that along the seed curve is the patch's, or

@@ -4,7 +4,7 @@
 // ray of this direction once at most (all products of differences of its control points across the ray have one sign);
 // Newton's method finds the crossing of the patch there, and from it that of the surface, with the true map. Parts that
 // are neither hold a fold of the surface as seen along the ray: the fold is found on the true surface, and two
-// crossings beside it, one double crossing, or none.
+// crossings beside it, one double crossing, or none. A ray that runs along a cell has one enclosure for all of it.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -40,6 +40,8 @@ class StreamCrossings {
                                        double b, bool exact) const;
   void unfold(const Line& line, const StreamCellPlace& place, const StreamNet& net, const Piece& piece,
               std::vector<StreamCrossing>& found) const;
+  void run_along(const Line& line, const StreamCellPlace& place, const std::vector<Piece>& open,
+                 std::vector<StreamCrossing>& found) const;
   bool accept(const Line& line, StreamCrossing& crossing, double x_u, double x_t, double end) const;
   void merge(const Line& line, std::vector<StreamCrossing>& found) const;
   double apart(const Line& line, const StreamCrossing& a, const StreamCrossing& b) const;

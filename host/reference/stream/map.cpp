@@ -77,7 +77,7 @@ void ReferenceStreamMap::find_stretches() {
     if (inside) stretches_.push_back({begin, ends[part + 1]});
   }
   std::erase_if(stretches_, [&](const StreamStretch& s) { return !(s.size() > 1e-12 * (range.y - range.x)); });
-  if (stretches_.empty()) fail("seed: no point of it is inside of the field's domain");
+  if (stretches_.empty()) fail("seed: no place of the curve lies in the field's domain");
 }
 
 void ReferenceStreamMap::require_surface() const {
@@ -93,8 +93,8 @@ void ReferenceStreamMap::require_surface() const {
       crosses = glm::length(glm::cross(field.vector, seed.first)) > along_sine * speed * length;
     }
   }
-  if (!moves) fail("seed: the field is zero on all of it");
-  if (!crosses) fail("seed: it runs along the flow throughout, which makes a curve of the surface");
+  if (!moves) fail("seed: the field is zero all along the curve; nothing moves there");
+  if (!crosses) fail("seed: the curve runs along the flow throughout, which makes a curve of the surface");
 }
 
 // Of a point that may lie beyond the domain: `last` is the piece that its line was in.

@@ -240,6 +240,18 @@ StreamScene helicoid_stream(const dvec2& time) {
   return s;
 }
 
+VectorField helicoid_on_grid(const glm::ivec3& size, VectorReconstruction reconstruction, const dvec2& time) {
+  const Domain domain = helicoid_stream(time).domain;
+  const dvec3 step = (domain.upper - domain.lower) / dvec3(size - 1);
+  VectorGrid grid{size, spacing(step.x, step.y, step.z), {}};
+  grid.placement.origin = domain.lower;
+  for (int i = 0; i < size.x * size.y * size.z; i++) {
+    const dvec3 p = domain.lower + step * dvec3(i % size.x, i / size.x % size.y, i / size.x / size.y);
+    grid.vectors.emplace_back(-p.y, p.x, pitch);
+  }
+  return grid_flow(std::move(grid), reconstruction);
+}
+
 StreamScene graph_stream() {
   StreamScene s = any_graph();
   s.name = "graph";
@@ -305,9 +317,10 @@ StreamScene torus_stream(double turns) {
   s.places = algebraic(s, "(x^2+y^2+z^2+3)^2-16*(x^2+y^2)", [once](const dvec3& p) {
     double u = std::atan2(p.z, std::hypot(p.x, p.y) - 2);
     if (u < 0) u += 2 * pi;
+    // After a whole turn the seam is one place.
+    if (once) return std::vector{dvec2(u, turned(p))};
     std::vector<dvec2> places;
-    for (double time = turned(p) - (once ? 0 : 2 * pi); time < (once ? 6.3 : 100); time += 2 * pi)
-      places.emplace_back(u, time);
+    for (double time = turned(p) - 2 * pi; time < 100; time += 2 * pi) places.emplace_back(u, time);
     return places;
   });
   return s;
@@ -355,8 +368,8 @@ std::vector<StreamScene> stream_scenes() {
           cut_stream(),      torus_stream(1),         torus_stream(1.25),       spiral_stream(), swirl_stream()};
 }
 
-ParametricRoots roots_on(const StreamScene& scene, const ParametricScene& parametric, double extent, const Ray& ray) {
-  constexpr double near = 4e-6;  // of the extent
+ParametricRoots roots_on(const StreamScene& scene, const ParametricScene& parametric, double extent, double near,
+                         const Ray& ray) {
   const StreamPlaces found = scene.places(ray);
   const dvec3 direction(ray.direction);
   const double speed = glm::length(direction);

@@ -49,6 +49,9 @@ struct StreamScene {
 
 // v = (-y, x, c) from a radius: K = -c²/(c²+u²)², H = 0.
 StreamScene helicoid_stream(const glm::dvec2& time = {0.0, 6.0});
+// Its field by vectors at nodes, over its domain. It is affine, so that grids reproduce it to the rounding of floats.
+VectorField helicoid_on_grid(const glm::ivec3& size, VectorReconstruction reconstruction,
+                             const glm::dvec2& time = {0.0, 6.0});
 // v = (1, 0, k y²) from the y axis: z = k x y².
 StreamScene graph_stream();
 // The same from a polyline with a corner in it: two parts of it, tilted.
@@ -63,8 +66,9 @@ StreamScene spiral_stream();
 StreamScene swirl_stream();
 std::vector<StreamScene> stream_scenes();
 
-// All roots on a ray with their u and τ, those at the borders uncertain.
-ParametricRoots roots_on(const StreamScene& scene, const ParametricScene& parametric, double extent, const Ray& ray);
+// All roots on a ray with their u and τ. Those within `near` of the borders, in parts of the extent, are uncertain.
+ParametricRoots roots_on(const StreamScene& scene, const ParametricScene& parametric, double extent, double near,
+                         const Ray& ray);
 
 // Stream surfaces on which a quantity is the same everywhere.
 struct StreamInvariant {
