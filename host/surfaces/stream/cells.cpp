@@ -237,24 +237,25 @@ void StreamCells::refine() {
   refine_pending(std::move(pending));
 }
 
-void StreamCells::refine_further(const std::vector<std::size_t>& numbers) {
-  std::vector<LatticeBox> pending;
-  std::vector<bool> leaves(cells_.size(), true);
-  for (const std::size_t n : numbers) {
-    const LatticeBox& box = cells_[n];
-    if (box.columns < 2) continue;
-    leaves[n] = false;
-    LatticeBox half = box;
-    half.columns /= 2;
-    pending.push_back(half);
-    half.column += half.columns;
-    pending.push_back(half);
-  }
-  std::size_t kept = 0;
+void StreamCells::refine_further(const std::map<std::size_t, bool>& halved) {
+  std::vector<LatticeBox> pending, kept;
   for (std::size_t n = 0; n < cells_.size(); n++) {
-    if (leaves[n]) cells_[kept++] = cells_[n];
+    const auto found = halved.find(n);
+    LatticeBox half = cells_[n];
+    const bool in_time = found != halved.end() && (half.columns < 2 || (found->second && half.rows > 1));
+    if (found == halved.end() || (in_time ? half.rows : half.columns) < 2) {
+      kept.push_back(half);
+      continue;
+    }
+    std::int32_t& size = in_time ? half.rows : half.columns;
+    std::int32_t& start = in_time ? half.row : half.column;
+    if (in_time) halved_in_time_.insert(half);
+    size /= 2;
+    pending.push_back(half);
+    start += size;
+    pending.push_back(half);
   }
-  cells_.resize(kept);
+  cells_ = std::move(kept);
   refine_pending(std::move(pending));
 }
 

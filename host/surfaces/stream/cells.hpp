@@ -6,6 +6,7 @@
 #include <compare>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <map>
 #include <set>
 #include <unordered_map>
 #include <vector>
@@ -35,8 +36,9 @@ class StreamCells {
   StreamCells(StreamLines& lines, const SeedCurve& curve, double tolerance, double extent);
   // Throws Error (memory) that says what was reached.
   void refine();
-  // Halves cells, by their numbers in cells(), that turned out to need it, and refines them further.
-  void refine_further(const std::vector<std::size_t>& numbers);
+  // Halves cells that turned out to need it, by their numbers in cells(), in time (true) or in u, and refines them
+  // further.
+  void refine_further(const std::map<std::size_t, bool>& halved);
 
   const std::vector<LatticeBox>& cells() const { return cells_; }
   // Where streamlines end within the box: a part of the surface is missing there. The box in space that it lies in.

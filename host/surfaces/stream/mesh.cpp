@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <unordered_map>
 
 #include "numerics/parallel.hpp"
@@ -22,7 +23,7 @@ using glm::dvec3;
 constexpr int seeds_looked_at = 257;
 constexpr double along_flow = 1e-6;        // the sine of an angle that is none
 constexpr double of_tolerance = 1.0 / 64;  // what one step of an integrator may err by
-constexpr double fitting_part = 0.7;       // of the tolerance, where deviations are measured
+constexpr double fitting_part = 0.9;       // of the tolerance, where deviations are measured
 constexpr int most_turns = 12;
 constexpr double least_tolerance = 2e-8;  // of a step, of the extent: floats do no better
 
@@ -63,6 +64,9 @@ void require_surface(FlowQueries& flow, const VectorFieldDefinition& field, cons
 }
 
 // ---- Corners that fit
+//
+// A corner on a larger cell's side is where the side's cubic is, with its slope. Derivatives across the side stay those
+// of the streamline: the larger cell's own would be as wrong as its size allows.
 
 struct NodeKey {
   int strip;
@@ -97,10 +101,11 @@ Cubic cubic_at(const dvec3& a, const dvec3& da, const dvec3& b, const dvec3& db,
 class Corners {
  public:
   explicit Corners(const StreamCells& cells) : cells_(cells) {
-    for (const LatticeBox& box : cells.cells()) {
+    for (std::size_t i = 0; i < cells.cells().size(); i++) {
+      const LatticeBox& box = cells.cells()[i];
       for (const std::int32_t end : {0, 1}) {
-        sides_.emplace(SideKey{true, box.row + end * box.rows, box.column, box.columns}, box.strip);
-        sides_.emplace(SideKey{false, box.column + end * box.columns, box.row, box.rows}, box.strip);
+        sides_.emplace(SideKey{true, box.row + end * box.rows, box.column, box.columns}, i);
+        sides_.emplace(SideKey{false, box.column + end * box.columns, box.row, box.rows}, i);
       }
     }
   }
@@ -110,6 +115,26 @@ class Corners {
     for (int i = 0; i < 4; i++)
       result[std::size_t(i)] = at({box.strip, box.column + (i % 2) * box.columns, box.row + (i / 2) * box.rows});
     return result;
+  }
+
+  // The side of a larger cell that a corner lies within.
+  struct Hanging {
+    bool along_u;
+    std::int32_t start, length;
+    std::size_t cell;
+  };
+  std::optional<Hanging> side_of(const NodeKey& key) const {
+    for (std::int32_t length = 2; length <= cells_.base_columns(); length *= 2) {
+      const std::int32_t start = key.column & ~(length - 1);
+      const auto side = start == key.column ? sides_.end() : sides_.find({true, key.row, start, length});
+      if (side != sides_.end()) return Hanging{true, start, length, side->second};
+    }
+    for (std::int32_t length = 2; length <= cells_.base_rows(); length *= 2) {
+      const std::int32_t start = key.row & ~(length - 1);
+      const auto side = start == key.row ? sides_.end() : sides_.find({false, key.column, start, length});
+      if (side != sides_.end()) return Hanging{false, start, length, side->second};
+    }
+    return std::nullopt;
   }
 
  private:
@@ -124,52 +149,50 @@ class Corners {
   StreamCorner make(const NodeKey& key) {
     const StreamNode& n = *cells_.node(key.strip, key.column, key.row);
     StreamCorner corner{dvec3(n.x), dvec3(n.u), dvec3(n.v), dvec3(n.uv)};
-    for (std::int32_t length = 2; length <= cells_.base_columns(); length *= 2) {
-      const std::int32_t start = key.column & ~(length - 1);
-      if (start == key.column) continue;
-      if (!sides_.contains({true, key.row, start, length})) continue;
-      const StreamCorner a = at({key.strip, start, key.row}), b = at({key.strip, start + length, key.row});
-      const double from = cells_.u_at(start), h = cells_.u_at(start + length) - from;
-      const double s = (cells_.u_at(key.column) - from) / h;
-      const Cubic x = cubic_at(a.x, a.u, b.x, b.u, h, s), v = cubic_at(a.v, a.uv, b.v, b.uv, h, s);
-      return {x.value, x.slope, v.value, v.slope};
-    }
-    for (std::int32_t length = 2; length <= cells_.base_rows(); length *= 2) {
-      const std::int32_t start = key.row & ~(length - 1);
-      if (start == key.row) continue;
-      const auto side = sides_.find({false, key.column, start, length});
-      if (side == sides_.end()) continue;
-      const StreamCorner a = at({side->second, key.column, start}), b = at({side->second, key.column, start + length});
-      const double from = cells_.time_at(start), h = cells_.time_at(start + length) - from;
-      const double s = (cells_.time_at(key.row) - from) / h;
-      const Cubic x = cubic_at(a.x, a.v, b.x, b.v, h, s);
+    const std::optional<Hanging> on = side_of(key);
+    if (on && on->along_u) {
+      const StreamCorner a = at({key.strip, on->start, key.row}), b = at({key.strip, on->start + on->length, key.row});
+      const double from = cells_.u_at(on->start), h = cells_.u_at(on->start + on->length) - from;
+      const Cubic x = cubic_at(a.x, a.u, b.x, b.u, h, (cells_.u_at(key.column) - from) / h);
+      corner.x = x.value;
+      corner.u = x.slope;
+    } else if (on) {
+      const int strip = cells_.cells()[on->cell].strip;
+      const StreamCorner a = at({strip, key.column, on->start}), b = at({strip, key.column, on->start + on->length});
+      const double from = cells_.time_at(on->start), h = cells_.time_at(on->start + on->length) - from;
+      const Cubic x = cubic_at(a.x, a.v, b.x, b.v, h, (cells_.time_at(key.row) - from) / h);
       corner.x = x.value;
       corner.v = x.slope;
-      // Across a corner of the seed curve derivatives by u are those of each side.
-      if (side->second != key.strip) return corner;
-      const Cubic u = cubic_at(a.u, a.uv, b.u, b.uv, h, s);
-      return {x.value, u.value, x.slope, u.slope};
     }
     return corner;
   }
 
   const StreamCells& cells_;
-  std::unordered_map<SideKey, int, Hash> sides_;
+  std::unordered_map<SideKey, std::size_t, Hash> sides_;  // the first cell that has it
   std::unordered_map<NodeKey, StreamCorner, Hash> known_;
 };
 
-// Corners that are moved to a larger cell's side may take a cell beyond the tolerance.
+// Corners that are moved to a larger cell's side may take a cell beyond the tolerance. Then the larger one is halved, or
+// the cell itself where it has no such corner.
 void refine_to_fit(StreamCells& cells, double tolerance) {
   for (int turn = 0; turn < most_turns; turn++) {
     Corners corners(cells);
-    std::vector<std::size_t> off;
+    std::map<std::size_t, bool> halved;  // whether in time
     for (std::size_t i = 0; i < cells.cells().size(); i++) {
       const LatticeBox& box = cells.cells()[i];
-      if (!(cells.deviation(box, corners.of(box)) <= std::max(fitting_part * tolerance, 2 * cells.noise_of(box))))
-        off.push_back(i);
+      if (cells.deviation(box, corners.of(box)) <= std::max(fitting_part * tolerance, 2 * cells.noise_of(box)))
+        continue;
+      bool hangs = false;
+      for (int k = 0; k < 4; k++) {
+        const auto on = corners.side_of({box.strip, box.column + (k % 2) * box.columns, box.row + (k / 2) * box.rows});
+        if (!on) continue;
+        hangs = true;
+        halved.emplace(on->cell, !on->along_u);
+      }
+      if (!hangs) halved.emplace(i, false);
     }
-    if (off.empty()) return;
-    cells.refine_further(off);
+    if (halved.empty()) return;
+    cells.refine_further(halved);
   }
 }
 

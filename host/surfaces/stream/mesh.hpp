@@ -3,8 +3,7 @@
 // Cells are boxes of a lattice in (u, τ) (surfaces/stream/cells.hpp): whole streamlines are traced at dyadic places of
 // u, and every cell ends at dyadic rows of time. A cell is halved in u while the streamline in its middle leaves its
 // patch by more than the tolerance, and in τ while the streamlines along its sides do. Where a cell's side is shared
-// with smaller cells, the corners on it are those of the larger cell's own patch, so that there is no crack, and no
-// kink.
+// with smaller cells, the corners on it are those of the larger cell's own patch, so that there is no crack.
 #pragma once
 
 #include <array>
