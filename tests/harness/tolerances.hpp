@@ -121,11 +121,12 @@ inline constexpr std::array tolerance_table{
     Tolerance{Quantity::place, "stream", Precision::float64, 2e-7, "the reference; places are stored in floats"},
     Tolerance{Quantity::flagged_rays, "stream", Precision::float32, 1e-3,
               "tangent and unresolved: rays that pass a fold as near as the mesh is to the surface"},
-    Tolerance{Quantity::normal, "stream", Precision::float32, 1e-4,
-              "first derivatives of cells whose places are right to 1e-5 of the extent, and whose sides are a tenth"},
+    Tolerance{
+        Quantity::normal, "stream", Precision::float32, 5e-4,
+        "cells that are right to 1e-5 of the extent, with sides of a tenth: slopes are to four times their ratio"},
     Tolerance{Quantity::curvature, "stream", Precision::float32, 1e-3, "the promise of the library"},
-    Tolerance{Quantity::curvature_floor, "stream", Precision::float32, 1e-1,
-              "of the inverse of the extent: a radius of ten extents is flat to what cells interpolate"},
+    Tolerance{Quantity::curvature_floor, "stream", Precision::float32, 1,
+              "of the inverse of the extent: 1e-5 of it over the square of a tenth is 1e-3 of its inverse"},
     Tolerance{Quantity::conditioning, "stream", Precision::float32, 64,
               "of second derivatives: the variational equations are integrated in floats, over some dozen steps"},
     Tolerance{
