@@ -146,6 +146,7 @@ void PatchForm::upload(Executor& executor, const std::vector<PatchLeaf>& leaves,
     size = std::max(size, hierarchy.bounds.upper[axis] - hierarchy.bounds.lower[axis]);
   }
   uniforms.put(PATCH_EXTENT, size);
+  uniforms.put(PATCH_OFF, rounded_up(off * frame_.unit));
   uniforms.put(PATCH_POLES, std::int32_t(poles_));
   uniforms.put(PATCH_PARTS, std::int32_t(parts));
   uniforms.put(PATCH_PART_COUNT, std::int32_t(part_count));

@@ -66,6 +66,7 @@ class PatchForm {
   // begins. `rational`: with weights.
   void put_bezier(std::size_t number, const BezierPiece& piece, const glm::dvec2& start, bool rational);
 
+  double off = 0;  // how far pieces are from what they stand for, in each component
   // Uploads what was assembled, and the leaves in the order of their hierarchy. `more` tells by
   // how much the remainder of a leaf has to be greater (kernels/patch/layout.inc); `bounds` are those of the surface;
   // parts begin at word `parts` of the pieces.

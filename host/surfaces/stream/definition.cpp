@@ -107,7 +107,6 @@ std::vector<PatchLeaf> StreamSurface::leaves() const {
   const double off = std::max(options_.tolerance, of.deviation);
   std::vector<PatchLeaf> leaves = of.leaves;
   for (PatchLeaf& leaf : leaves) {
-    leaf.error += off;
     leaf.lower -= off;
     leaf.upper += off;
   }

@@ -31,6 +31,7 @@ class ResidentStreamMesh final : public ResidentSurface {
     const std::size_t tree = put_tree();
     put_cells();
     put_borders();
+    form_.off = std::max(surface.options().tolerance, mesh_.deviation);
     form_.upload(
         executor, leaves, mesh_.bounds,
         [&](const PatchLeaf& leaf) {

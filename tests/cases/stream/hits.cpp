@@ -98,7 +98,8 @@ std::string name_of_case(const testing::TestParamInfo<StreamHits::ParamType>& in
 
 // By their places in stream_scenes(). Of those that are open some rays have a hit twice at a border of cells, the two
 // sheets of a surface that lies on itself told as one, or curvature that is off where streamlines end or are sheared.
-constexpr std::array right{0, 4, 6}, open{1, 2, 3, 5, 7, 8, 9};
+constexpr std::array right{0, 4, 6};
+constexpr std::array open{1, 2, 3, 5, 7, 8, 9};
 
 INSTANTIATE_TEST_SUITE_P(Right, StreamHits, testing::Combine(testing::ValuesIn(right), testing::ValuesIn(methods)),
                          name_of_case);
