@@ -23,6 +23,7 @@ using glm::dvec3;
 constexpr int seeds_looked_at = 257;
 constexpr double along_flow = 1e-6;        // the sine of an angle that is none
 constexpr double of_tolerance = 1.0 / 64;  // what one step of an integrator may err by
+constexpr double roundings = 16;           // that second derivatives of a patch are off by, of the cell's size
 constexpr double fitting_part = 0.9;       // of the tolerance, where deviations are measured
 constexpr int most_turns = 12;
 constexpr double least_tolerance = 2e-8;  // of a step, of the extent: floats do no better
@@ -252,18 +253,23 @@ double curvature_error(const StreamCells& cells, const LatticeBox& box, const Be
       const dvec3 u(n->u), v(n->v), normal = glm::cross(u, v);
       const double area = glm::length(normal);
       if (!(area > 1e-3 * glm::length(u) * glm::length(v))) continue;
-      // Of the directions across and along the streamline.
-      const double speed = glm::length(v), width = area / speed;
-      const auto curvature = [&](const dvec3& second, double scale) {
-        return std::abs(glm::dot(second, normal)) / area / scale;
+      // Of the directions across and along the streamline: x_u less its part along the flow, and v.
+      const double speed = glm::length(v), width = area / speed, lean = glm::dot(u, v) / (speed * speed);
+      const auto along_normal = [&](const dvec3& second) { return glm::dot(second, normal) / area; };
+      const auto greatest_of = [&](double uu, double uv, double vv) {
+        return std::max(
+            {std::abs(uu) / (width * width), std::abs(uv) / (width * speed), std::abs(vv) / (speed * speed)});
       };
-      const dvec3 off_uu = with_beyond(p.uu, cell.beyond_uu, s, t, s) - dvec3(n->uu),
-                  off_vv = with_beyond(p.vv, cell.beyond_vv, s, t, t) - dvec3(n->vv), off_uv = p.uv - dvec3(n->uv);
-      const double wrong = std::max(
-          {curvature(off_uu, width * width), curvature(off_uv, width * speed), curvature(off_vv, speed * speed)});
-      const double bent = std::max({curvature(dvec3(n->uu), width * width), curvature(dvec3(n->uv), width * speed),
-                                    curvature(dvec3(n->vv), speed * speed)});
-      if (wrong > 0 && bent > 0) greatest = std::max(greatest, wrong / bent);
+      const double off_uu = std::abs(along_normal(with_beyond(p.uu, cell.beyond_uu, s, t, s) - dvec3(n->uu))),
+                   off_vv = std::abs(along_normal(with_beyond(p.vv, cell.beyond_vv, s, t, t) - dvec3(n->vv))),
+                   off_uv = std::abs(along_normal(p.uv - dvec3(n->uv))), leans = std::abs(lean);
+      const double wrong =
+          greatest_of(off_uu + 2 * leans * off_uv + leans * leans * off_vv, off_uv + leans * off_vv, off_vv);
+      const double uu = along_normal(dvec3(n->uu)), uv = along_normal(dvec3(n->uv)), vv = along_normal(dvec3(n->vv));
+      const double bent = greatest_of(uu - 2 * lean * uv + lean * lean * vv, uv - lean * vv, vv);
+      // Devices round control points, which are as far apart as a third of the cell.
+      const double rounding = roundings * 0x1p-24 / std::min(width * size.x, speed * size.y);
+      if (bent > 0) greatest = std::max(greatest, (wrong + rounding) / bent);
     }
   }
   return greatest;

@@ -89,20 +89,8 @@ void expect_closed_forms(const std::vector<StreamScene>& scenes, const std::vect
   }
 }
 
-// All but the swirl, whose x_u leans far towards the flow.
 TEST(StreamProperties, AreThoseOfClosedForms) {
-  std::vector<StreamScene> scenes = stream_scenes();
-  std::erase_if(scenes, [](const StreamScene& scene) { return scene.name == "swirl"; });
-  expect_closed_forms(scenes, {StreamDerivatives::interpolated, StreamDerivatives::integrated});
-}
-
-TEST(StreamProperties, OfShearedStreamlinesAreIntegratedExactly) {
-  expect_closed_forms({swirl_stream()}, {StreamDerivatives::integrated});
-}
-
-// Curvature by cells is a tenth off where x_u leans far towards the flow.
-TEST(StreamProperties, DISABLED_OfShearedStreamlinesAreInterpolated) {
-  expect_closed_forms({swirl_stream()}, {StreamDerivatives::interpolated});
+  expect_closed_forms(stream_scenes(), {StreamDerivatives::interpolated, StreamDerivatives::integrated});
 }
 
 // Chords of a box.
