@@ -63,7 +63,8 @@ class RayJudge {
         wrong = fmt::format("the hit says that it is of ray {}", hits_.rays()[hit.index]);
       const bool sampled = may_sample_ && hit.status == HitStatus::sampled;
       if (sampled) verdict_.sampled_rays = 1;
-      if (hit.status != claim_ && !sampled && !is_flagged(hit))
+      const bool bracketed = may_sample_ && hit.status == HitStatus::bracketed;
+      if (hit.status != claim_ && !sampled && !bracketed && !is_flagged(hit))
         wrong = fmt::format("its status is {}", name_of(hit.status));
       const auto [off, allowed] = location_error(hit);
       if (!(off <= allowed)) wrong = fmt::format("its location is off by {:.3g}", off);

@@ -66,7 +66,7 @@ class Oracle {
   virtual std::unique_ptr<const RayOracle> on(std::size_t index, const Ray& ray) const = 0;
   // The status of hits that claim exactly one root. Flagged are those that are tangent or unresolved.
   virtual HitStatus claim() const { return HitStatus::isolated; }
-  // Hits that are `sampled` claim one root, too.
+  // Hits that are `sampled` or `bracketed` claim one root, too.
   virtual bool may_sample() const { return false; }
   // What differences of t are told in.
   virtual const char* unit() const { return "of what is allowed"; }

@@ -123,7 +123,9 @@ void expect_stream_properties(const StreamScene& scene, const Case& one, const H
       one,
       [&](std::size_t i, const glm::dvec3& at) -> std::optional<PointTruth> {
         const HitStatus status = hits.status()[i];
-        return status == HitStatus::isolated || status == HitStatus::sampled ? points(i, at) : std::nullopt;
+        return status == HitStatus::isolated || status == HitStatus::sampled || status == HitStatus::bracketed
+                   ? points(i, at)
+                   : std::nullopt;
       },
       hits, where);
 }

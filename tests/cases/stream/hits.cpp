@@ -27,7 +27,7 @@ namespace smurf::test {
 namespace {
 
 constexpr std::string_view kind = "stream";
-constexpr std::array methods{StreamMethod::mesh};
+constexpr std::array methods{StreamMethod::mesh, StreamMethod::back_stream};
 
 // `count` rays on OpenCL with 16 lanes, a hundredth of them on devices that are slow.
 constexpr std::size_t slow_share = 100, most_slow = 1000;
@@ -41,6 +41,9 @@ StreamOptions options_for(const StreamScene& scene, StreamMethod method) {
 Case case_for(const StreamScene& scene, StreamMethod method, std::size_t random, std::size_t hostile) {
   Case one = case_of(scene, options_for(scene, method), place);
   one.rays = stream_rays(scene, random, hostile, 21);
+  // Rays within the surface from one border to another: by the back-stream method they have more than one hit.
+  if (method == StreamMethod::back_stream)
+    std::erase_if(one.rays, [](const RayFamily& family) { return family.name == "from seam to seam"; });
   one.slow_share = std::max<std::size_t>(slow_share, random / most_slow);
   one.properties = 2000;
   return one;
@@ -96,11 +99,15 @@ std::string name_of_case(const testing::TestParamInfo<StreamHits::ParamType>& in
   return fmt::format("{}{}", method == StreamMethod::mesh ? "Mesh" : "BackStream", index);
 }
 
-// By their places in stream_scenes(). The others have sheets that are nearer to each other than the tolerance, which
-// rays that graze them may meet as one (a surface that passes over itself, 7; folds of a swirl, 9), and more flagged rays
-// than usual where streamlines leave the field (5).
-INSTANTIATE_TEST_SUITE_P(All, StreamHits,
-                         testing::Combine(testing::Values(0, 1, 2, 3, 4, 6, 8), testing::ValuesIn(methods)),
+// By their places in stream_scenes(). Not there yet: rays that meet two sheets that lie on each other, which may be told
+// as one (a torus that passes over itself, 7; folds of a swirl, 9); curvature next to where streamlines leave the field,
+// and the number of flagged rays there (5); full turns by the back-stream method (6).
+INSTANTIATE_TEST_SUITE_P(Mesh, StreamHits,
+                         testing::Combine(testing::Values(0, 1, 2, 3, 4, 6, 8), testing::Values(StreamMethod::mesh)),
+                         name_of_case);
+INSTANTIATE_TEST_SUITE_P(BackStream, StreamHits,
+                         testing::Combine(testing::Values(0, 1, 2, 3, 4, 8),
+                                          testing::Values(StreamMethod::back_stream)),
                          name_of_case);
 
 // The number of lanes does not show, and neither do tiles.
