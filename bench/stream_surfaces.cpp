@@ -1,7 +1,7 @@
 // W5: stream surfaces of ABC flow, from a segment of 4 along x.
 //
-//   W5-surface-<field>/<time>/<who>            set-up of the explicit surface, in triangles a second (a cell of n corners
-//                                              counts as n - 2); beside VTK's vtkStreamSurface from 200 seeds
+//   W5-surface-<field>/<time>/<who>          set-up of the explicit surface, in triangles a second (a cell of n corners
+//                                            counts as n - 2); beside VTK's vtkStreamSurface from 200 seeds
 //   W5-surface-first, W5-surface-all           a camera's rays, of which all count: first hits with normals, all hits
 //   W5-surface-back-first, -all                the same by the back-stream method
 //   W5-curvature-interpolated, -integrated     normals and all curvatures at random places of the surface

@@ -17,8 +17,8 @@ namespace smurf {
 
 Device open(const DeviceChoice& choice, const CommonOptions& common);
 
-// Does the work; what is wrong with the input is told with the name of the file that it comes from. (Of a stream surface
-// much is known only when it is traced.)
+// Does the work; what is wrong with the input is told with the name of the file that it comes from. (Of a stream
+// surface much is known only when it is traced.)
 template <class Work>
 auto naming(const std::filesystem::path& file, const Work& work) {
   try {

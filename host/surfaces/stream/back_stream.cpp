@@ -1,8 +1,8 @@
 // Stream surfaces on a device without a mesh (kernels/stream/back_stream.inc): the nodes of a lattice about the surface
 // are traced to the seed curve on the device, and the host makes of them the table of where the surface may be.
 //
-// Device memory: 52 bytes a node while the table is made; then 4 bytes a cell, 64 a branch (about one for each cell that
-// the surface passes), and what the flow's map needs.
+// Device memory: 52 bytes a node while the table is made; then 4 bytes a cell, 64 a branch (about one for each cell
+// that the surface passes), and what the flow's map needs.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,9 +1,10 @@
 // From where the nodes of a lattice come from to where the surface may be in its cells.
 //
-// A branch of a cell is what its corners agree on: of each corner the crossing that is nearest to that of the first one,
-// by the way along the seed curve, along the flow and across the curtain. W, u and τ of a branch are affine in the cell,
-// by the means of opposite faces; the corners' own numbers, and what they spread, make the margins. Where corners are
-// missing (their lines have left the domain, or do not cross), or a node could not be followed, the branch is unclear.
+// A branch of a cell is what its corners agree on: of each corner the crossing that is nearest to that of the first
+// one, by the way along the seed curve, along the flow and across the curtain. W, u and τ of a branch are affine in the
+// cell, by the means of opposite faces; the corners' own numbers, and what they spread, make the margins. Where corners
+// are missing (their lines have left the domain, or do not cross), or a node could not be followed, the branch is
+// unclear.
 //
 // Samples of the surface itself, traced forward, then tell of places that the lattice does not know of.
 #include <algorithm>

@@ -19,7 +19,8 @@ namespace smurf {
 
 struct StreamNode {
   glm::vec3 x{0.0f}, u{0.0f}, v{0.0f}, uu{0.0f}, uv{0.0f}, vv{0.0f};
-  // How fast neighbours go apart at most: the greatest eigenvalue of the symmetric part of Dv, or of -Dv before the seed.
+  // How fast neighbours go apart at most: the greatest eigenvalue of the symmetric part of Dv, or of -Dv before the
+  // seed.
   float rate = 0;
   float slope = 0;  // |Dv|, of Frobenius
 };

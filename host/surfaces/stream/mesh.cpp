@@ -173,8 +173,8 @@ class Corners {
   std::unordered_map<NodeKey, StreamCorner, Hash> known_;
 };
 
-// Corners that are moved to a larger cell's side may take a cell beyond the tolerance. Then the larger one is halved, or
-// the cell itself where it has no such corner.
+// Corners that are moved to a larger cell's side may take a cell beyond the tolerance. Then the larger one is halved,
+// or the cell itself where it has no such corner.
 void refine_to_fit(StreamCells& cells, double tolerance) {
   for (int turn = 0; turn < most_turns; turn++) {
     Corners corners(cells);
