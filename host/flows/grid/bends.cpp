@@ -49,7 +49,7 @@ class Coefficients {
     const int before_a = a < axis ? 1 : 0, before_b = b < axis ? 1 : 0;
     std::vector<double> above(std::size_t(count), 0.0);
     for (int i = 1; i + 1 < count; i++) above[std::size_t(i)] = 1 / (4 - above[std::size_t(i) - 1]);
-    parallel_for(std::size_t(size[b] + 2 * before_b), [&](std::size_t row) {
+    parallel_for(std::size_t(size[b]) + 2 * std::size_t(before_b), [&](std::size_t row) {
       for (int j = -before_a; j < size[a] + before_a; j++) {
         ivec3 n;
         n[a] = j;

@@ -3,11 +3,11 @@
 #pragma once
 
 #include <array>
-#include <compare>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <map>
 #include <set>
+#include <tuple>
 #include <unordered_map>
 #include <vector>
 
@@ -28,7 +28,10 @@ struct LatticeBox {
   int strip = 0;
   std::int32_t column = 0, columns = 0;  // in u: the first, and how many
   std::int32_t row = 0, rows = 0;
-  auto operator<=>(const LatticeBox&) const = default;
+  bool operator<(const LatticeBox& other) const {
+    return std::tie(strip, column, columns, row, rows) <
+           std::tie(other.strip, other.column, other.columns, other.row, other.rows);
+  }
 };
 
 class StreamCells {

@@ -206,9 +206,9 @@ BezierPiece piece_of(const std::array<StreamCorner, 4>& c, const dvec2& lower, c
   piece.points.resize(16);
   for (int j = 0; j < 4; j++) {
     for (int i = 0; i < 4; i++) {
-      const StreamCorner& p = c[std::size_t(i / 2 + 2 * (j / 2))];
+      const StreamCorner& p = c[std::size_t(i) / 2 + 2 * (std::size_t(j) / 2)];
       const double du = i == 1 ? third.x : (i == 2 ? -third.x : 0), dv = j == 1 ? third.y : (j == 2 ? -third.y : 0);
-      piece.points[std::size_t(4 * j + i)] = glm::dvec4(p.x + du * p.u + dv * p.v + du * dv * p.uv, 1.0);
+      piece.points[4 * std::size_t(j) + std::size_t(i)] = glm::dvec4(p.x + du * p.u + dv * p.v + du * dv * p.uv, 1.0);
     }
   }
   return piece;

@@ -31,7 +31,8 @@ class BendBounds {
     const dvec3 size = (bounds_.upper - bounds_.lower) / double(lattice);
     parallel_for(std::size_t(lattice) * lattice, [&](std::size_t row) {
       for (int i = 0; i < lattice; i++) {
-        const dvec3 at(i, double(row % lattice), double(row / lattice));
+        const std::size_t j = row % lattice, k = row / lattice;
+        const dvec3 at(i, double(j), double(k));
         const dvec3 lower = bounds_.lower + at * size;
         values_[row * lattice + std::size_t(i)] = field.greatest_bend({lower, lower + size});
       }
@@ -138,7 +139,7 @@ bool is_proved(const StreamMesh& mesh, std::size_t cell, std::span<const PatchLe
 
 // Bounds of |s_uvv| and |s_vvv| of a bicubic piece, in its own parameters, also an eighth beyond it.
 glm::dvec2 third_derivatives(const BezierPiece& piece) {
-  const auto at = [&](int i, int j) { return dvec3(piece.points[std::size_t(4 * j + i)]); };
+  const auto at = [&](int i, int j) { return dvec3(piece.points[4 * std::size_t(j) + std::size_t(i)]); };
   glm::dvec2 greatest(0.0);
   for (int i = 0; i < 4; i++) {
     for (int j = 0; j < 2 && i < 3; j++) {
