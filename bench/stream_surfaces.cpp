@@ -11,6 +11,7 @@
 //   deviation        the greatest distance of the mesh from the true surface at 10,000 random (u, τ), integrated, in
 //                    parts of the extent, 2π; of VTK's triangles that of their centres from smurf's surface
 //   sampled          hits that are not proved, in parts of all hits
+//   hit_rays         rays that hit, in parts of all rays
 //   other_count      of 512 rays, half of which hit: those on which the reference finds another number of hits
 //   mean_error       the greatest error of mean curvature at 512 places, over the rms of it, against the reference
 #include <fmt/format.h>
@@ -166,8 +167,20 @@ void add_vtk(const std::string& task, double time, bool adaptive) {
 }
 #endif
 
-// Seen aslant, so that rays meet the surface several times.
-RayBatch rays_of(const Surface& surface, int width) { return fitted_camera(surface.bounds(), width, width).rays(); }
+// From above, where the surface is widest, and near: most of the picture would be empty otherwise.
+RayBatch rays_of(const Surface& surface, int width) {
+  const Bounds bounds = surface.bounds();
+  Camera camera = fitted_camera(bounds, width, width);
+  camera.eye = camera.look_at + glm::length(bounds.upper - bounds.lower) * glm::normalize(glm::dvec3(0.3, -0.4, 1));
+  return camera.rays();
+}
+
+// Of all rays, the part that hits.
+double part_that_hits(const HitList& hits) {
+  std::size_t rays = 0;
+  for (std::size_t i = 0; i < hits.ray_count(); i++) rays += hits.offsets()[i + 1] > hits.offsets()[i];
+  return double(rays) / double(hits.ray_count());
+}
 
 double other_counts(const HitList& hits, const RayBatch& rays, const Surface& surface) {
   Dice dice(3);
@@ -217,7 +230,8 @@ void add_rays(const std::string& task, const Look& look, const Executor& executo
     std::size_t sampled = 0;
     for (const HitStatus status : hits.status()) sampled += status == HitStatus::sampled;
     result.label = fmt::format("{}, {} hits, {} sampled", executor.label, hits.size(), sampled);
-    result.counters = {{"sampled", hits.size() > 0 ? double(sampled) / double(hits.size()) : 0},
+    result.counters = {{"hit_rays", part_that_hits(hits)},
+                       {"sampled", hits.size() > 0 ? double(sampled) / double(hits.size()) : 0},
                        {"other_count", other_counts(hits, *rays, surface)}};
     return result;
   });

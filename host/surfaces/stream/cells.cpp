@@ -270,7 +270,7 @@ void StreamCells::refine_pending(std::vector<LatticeBox> pending) {
     wanted.erase(std::ranges::unique(wanted).begin(), wanted.end());
     const auto more = std::size_t(
         std::ranges::count_if(wanted, [&](const auto& one) { return !index_.contains(key(one.first, one.second)); }));
-    const auto rows = std::size_t(highest_row() - lowest_row() + 1);
+    const std::size_t rows = std::size_t(highest_row()) + std::size_t(-lowest_row()) + 1;
     if (nodes_ + more * rows > most_nodes)
       throw Error(ErrorCode::memory,
                   fmt::format("tolerance: {:g} cannot be met within memory: with {} streamlines of {} rows the surface "
