@@ -19,13 +19,13 @@ namespace {
 
 constexpr std::string_view kind = "parametric";
 
+}  // namespace
+
 double slope_of(const PatchPoint& p, const glm::dvec3& direction) {
   const glm::dvec3 normal = glm::cross(p.u, p.v);
   const double length = glm::length(normal) * glm::length(direction);
   return length > 0 ? std::abs(glm::dot(normal, direction)) / length : 1;
 }
-
-}  // namespace
 
 ParametricRules::ParametricRules(double extent)
     : extent_(extent), roundings_(tolerance(Quantity::t, kind).value), place_(tolerance(Quantity::place, kind).value) {}

@@ -20,6 +20,9 @@
 
 namespace smurf::test {
 
+// |cos| of the angle of a direction and the normal; 1 where there is none.
+double slope_of(const PatchPoint& p, const glm::dvec3& direction);
+
 // How far a hit may be from a root: t within its stated uncertainty and the rounding of floats, and t and the place on
 // the surface within what the library promises, which grows where a ray runs along the surface.
 class ParametricRules {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "harness/replay.hpp"
 #include "harness/tolerances.hpp"
@@ -14,12 +15,6 @@ namespace smurf::test {
 namespace {
 
 constexpr std::string_view kind = "stream";
-
-double slope_of(const PatchPoint& p, const glm::dvec3& direction) {
-  const glm::dvec3 normal = glm::cross(p.u, p.v);
-  const double length = glm::length(normal) * glm::length(direction);
-  return length > 0 ? std::abs(glm::dot(normal, direction)) / length : 1;
-}
 
 }  // namespace
 
@@ -98,6 +93,20 @@ std::vector<RayFamily> stream_rays(const StreamScene& scene, std::size_t random,
            family.name != "long and short directions";
   });
   return families;
+}
+
+RayBatch chords_of(const Bounds& box, std::size_t count) {
+  std::mt19937 random(17);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  const auto within = [&] {
+    return box.lower + glm::dvec3(uniform(random), uniform(random), uniform(random)) * (box.upper - box.lower);
+  };
+  RayBatch rays(count);
+  for (std::size_t i = 0; i < count; i++) {
+    const glm::dvec3 through = within(), d = glm::normalize(within() - through);
+    rays.set(i, {glm::vec3(through - 2 * glm::distance(box.lower, box.upper) * d), glm::vec3(d)});
+  }
+  return rays;
 }
 
 Case case_of(const StreamScene& scene, const StreamOptions& options, double place) {

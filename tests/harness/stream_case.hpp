@@ -32,6 +32,7 @@ class StreamOracle : public Oracle {
 double extent_of(const StreamScene& scene);
 // Chords and cameras, and of hostile ones those that floats can be asked for: borders, corners, windows of t, axes.
 std::vector<RayFamily> stream_rays(const StreamScene& scene, std::size_t random, std::size_t hostile, unsigned seed);
+RayBatch chords_of(const Bounds& box, std::size_t count);  // through random points of a box, from outside
 Case case_of(const StreamScene& scene, const StreamOptions& options, double place);
 // What is measured at hits against the scene's derivatives at their own u and τ.
 void expect_stream_properties(const StreamScene& scene, const Case& one, const HitList& hits, const std::string& where);

@@ -10,7 +10,6 @@
 #include <random>
 
 #include "expression/parser.hpp"
-#include "truth/jet2.hpp"
 #include "truth/sturm.hpp"
 
 namespace smurf::test {
@@ -20,22 +19,6 @@ using glm::dvec2;
 using glm::dvec3;
 
 constexpr double pi = std::numbers::pi;
-
-// From a function of jets, which gives x, y and z.
-template <class Position>
-std::function<PatchPoint(double, double)> points_of(Position position) {
-  return [position](double u, double v) {
-    const std::array<Jet2, 3> p = position(Jet2(u, 1, 0), Jet2(v, 0, 1));
-    PatchPoint at;
-    for (int c = 0; c < 3; c++) {
-      const Jet2& j = p[std::size_t(c)];
-      at.position[c] = j.value;
-      at.u[c] = j.u, at.v[c] = j.v;
-      at.uu[c] = j.uu, at.uv[c] = j.uv, at.vv[c] = j.vv;
-    }
-    return at;
-  };
-}
 
 double turn(double angle) { return angle < 0 ? angle + 2 * pi : angle; }
 

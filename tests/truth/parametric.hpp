@@ -14,11 +14,28 @@
 #include "smurf/rays.hpp"
 #include "smurf/surface.hpp"
 #include "truth/jet.hpp"
+#include "truth/jet2.hpp"
 
 namespace smurf::test {
 
 // By the fundamental forms; the normal is along x_u × x_v. Nothing where x_u and x_v span no plane.
 std::optional<Differential> differential_of(const PatchPoint& point);
+
+// From a function of jets, which gives x, y and z.
+template <class Position>
+std::function<PatchPoint(double, double)> points_of(Position position) {
+  return [position](double u, double v) {
+    const std::array<Jet2, 3> p = position(Jet2(u, 1, 0), Jet2(v, 0, 1));
+    PatchPoint at;
+    for (int c = 0; c < 3; c++) {
+      const Jet2& j = p[std::size_t(c)];
+      at.position[c] = j.value;
+      at.u[c] = j.u, at.v[c] = j.v;
+      at.uu[c] = j.uu, at.uv[c] = j.uv, at.vv[c] = j.vv;
+    }
+    return at;
+  };
+}
 
 struct ParametricScene {
   std::string name;

@@ -31,7 +31,8 @@ namespace smurf {
 // alone): the computed values at the ends of the enclosure have opposite signs, or one is 0; a continuous function has
 // a root there. Nothing is proved: other roots between samples may have been missed. `sampled` (stream surfaces): a
 // root that was found where the flow stretches more than bounds can follow; that there is no other next to it is not
-// proved.
+// proved. By the back-stream method hits are `bracketed` where one cell of its table is sure of a change of sign, else
+// `sampled`; other roots may have been missed.
 enum class HitStatus : std::uint32_t { isolated = 1, tangent = 2, unresolved = 3, bracketed = 4, sampled = 5 };
 std::string_view name_of(HitStatus status);
 

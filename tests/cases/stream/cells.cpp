@@ -14,6 +14,7 @@
 #include "harness/devices.hpp"
 #include "harness/files/test_files.hpp"
 #include "harness/kernel_cover.hpp"
+#include "harness/stream_case.hpp"
 #include "smurf/stream.hpp"
 #include "surfaces/stream/definition.hpp"
 #include "surfaces/stream/mesh.hpp"
@@ -194,22 +195,6 @@ TEST(StreamCells, FitWithoutCracksWhereTheirSizesDiffer) {
   }
 }
 
-// Chords of the bounds.
-RayBatch chords_of(const Surface& surface, std::size_t count) {
-  const Bounds bounds = surface.bounds();
-  std::mt19937 random(11);
-  std::uniform_real_distribution<double> uniform(0, 1);
-  const auto within = [&] {
-    return bounds.lower + dvec3(uniform(random), uniform(random), uniform(random)) * (bounds.upper - bounds.lower);
-  };
-  RayBatch rays(count);
-  for (std::size_t i = 0; i < count; i++) {
-    const dvec3 through = within(), d = glm::normalize(within() - through), from = through - 30.0 * d;
-    rays.set(i, {glm::vec3(from), glm::vec3(d)});
-  }
-  return rays;
-}
-
 TEST(StreamCells, HitsArePolishedToTheSurfaceItself) {
   Scene scene = abc_scene(2);
   scene.options.tolerance = 1e-3;
@@ -222,7 +207,7 @@ TEST(StreamCells, HitsArePolishedToTheSurfaceItself) {
       scene.options.polish = polish;
       const Surface surface = scene.with(StreamDerivatives::integrated);
       const Interrogator query(on.device, surface);
-      const HitList hits = query.cast(chords_of(surface, on.slow ? 500 : 20000), {.hits = Hits::all});
+      const HitList hits = query.cast(chords_of(surface.bounds(), on.slow ? 500 : 20000), {.hits = Hits::all});
       const PointProperties exact = query.properties_at(hits.coordinates(), Property::location | Property::normal);
       for (std::size_t h = 0; h < hits.size(); h++) {
         if (hits.status()[h] != HitStatus::isolated && hits.status()[h] != HitStatus::sampled) continue;
@@ -239,7 +224,7 @@ TEST(StreamCells, HitsArePolishedToTheSurfaceItself) {
     EXPECT_GT(found[1], on.slow ? 100u : 5000u);
     EXPECT_NEAR(double(found[0]), double(found[1]), 0.01 * double(found[0]));
     EXPECT_LE(greatest[0], 1e-3);
-    // t is a float of 30.
+    // t is a float of about two diagonals.
     EXPECT_LE(greatest[1], 2e-5);
     EXPECT_LT(greatest[1], 0.1 * greatest[0]);
   }

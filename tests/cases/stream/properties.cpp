@@ -93,21 +93,6 @@ TEST(StreamProperties, AreThoseOfClosedForms) {
   expect_closed_forms(stream_scenes(), {StreamDerivatives::interpolated, StreamDerivatives::integrated});
 }
 
-// Chords of a box.
-RayBatch chords_of(const Bounds& box, std::size_t count) {
-  std::mt19937 random(17);
-  std::uniform_real_distribution<double> uniform(0, 1);
-  const auto within = [&] {
-    return box.lower + dvec3(uniform(random), uniform(random), uniform(random)) * (box.upper - box.lower);
-  };
-  RayBatch rays(count);
-  for (std::size_t i = 0; i < count; i++) {
-    const dvec3 through = within(), d = glm::normalize(within() - through);
-    rays.set(i, {glm::vec3(through - 2 * glm::distance(box.lower, box.upper) * d), glm::vec3(d)});
-  }
-  return rays;
-}
-
 // Hill's vortex, and potential flow past a cylinder: the stream function is that of the seed all over the surface, and
 // its gradient is normal to it.
 TEST(StreamProperties, WhatTheFlowKeepsIsKept) {

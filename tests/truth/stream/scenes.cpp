@@ -23,21 +23,6 @@ Jet2 exponential(const Jet2& a) {
   return chained(a, e, e, e);
 }
 
-template <class Position>
-std::function<PatchPoint(double, double)> points_of(Position position) {
-  return [position](double u, double time) {
-    const std::array<Jet2, 3> p = position(Jet2(u, 1, 0), Jet2(time, 0, 1));
-    PatchPoint at;
-    for (int c = 0; c < 3; c++) {
-      const Jet2& j = p[std::size_t(c)];
-      at.position[c] = j.value;
-      at.u[c] = j.u, at.v[c] = j.v;
-      at.uu[c] = j.uu, at.uv[c] = j.uv, at.vv[c] = j.vv;
-    }
-    return at;
-  };
-}
-
 bool is_near(const StreamScene& scene, const dvec2& place) {
   const double u = longer * (scene.range.y - scene.range.x), time = longer * (scene.time.y - scene.time.x);
   return place.x > scene.range.x - u && place.x < scene.range.y + u && place.y > scene.time.x - time &&

@@ -8,10 +8,12 @@
 #include <limits>
 #include <string>
 
+#include "harness/devices.hpp"
 #include "harness/files/test_files.hpp"
 #include "harness/refusal.hpp"
 #include "smurf/error.hpp"
 #include "smurf/interrogator.hpp"
+#include "surfaces/surface_definition.hpp"
 
 namespace smurf::test {
 namespace {
@@ -68,6 +70,23 @@ TEST_P(StreamSeedInput, WhereNothingMoves) {
 
 INSTANTIATE_TEST_SUITE_P(Who, StreamSeedInput, testing::Bool(),
                          [](const testing::TestParamInfo<bool>& who) { return who.param ? "Reference" : "Bounds"; });
+
+// Not an error: the part that is inside has a surface, and what is missing is told.
+TEST(StreamInput, SeedsMayBePartlyOutside) {
+  const VectorField field = expression_flow({"0", "1", "0"}, {glm::dvec3(-3), glm::dvec3(3)});
+  const Surface surface = stream_surface(field, seed_points({{1, 0, 0}, {5, 0, 0}}));
+  RayBatch rays(2);
+  rays.set(0, {{2, 0.3f, -1}, {0, 0, 1}});
+  rays.set(1, {{4, 0.3f, -1}, {0, 0, 1}});
+  for (const TestDevice& on : one_of_each()) {
+    const HitList hits = Interrogator(on.device, surface).cast(rays, {.hits = Hits::all});
+    ASSERT_EQ(hits.size(), 1u) << on.label;
+    EXPECT_EQ(hits.rays()[0], 0u) << on.label;
+  }
+  std::string told;
+  for (const Fact& fact : surface.model().facts()) told += fact.value + "\n";
+  EXPECT_NE(told.find("leave the field before the time has passed"), std::string::npos) << told;
+}
 
 // The members that are wrong, and what the message must tell.
 TEST(StreamInput, DescriptionsSayWhatIsWrong) {
