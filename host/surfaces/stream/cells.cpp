@@ -16,13 +16,17 @@ using glm::dvec2;
 using glm::dvec3;
 
 constexpr std::int32_t fewest_bases = 32, most_columns = 1 << 30;
-constexpr int cells_in_section = 8;  // to begin with
+constexpr int cells_in_section = 8, cells_in_piece = 2;  // to begin with: of one piece, of each of several
 constexpr int fewest_rows = 256, most_rows = 8192;
+constexpr int fewest_rows_of_piece = 64, most_pieces = 24;
+constexpr int soon = 16;           // rows
+constexpr double way_of_rest = 1;  // tolerances, that are left to go where a streamline rests
 // Deviations are measured at some places; elsewhere they may be a little greater.
 constexpr double safety = 0.5;
 constexpr double of_stretched = 1.0 / 16;  // of the tolerance, what the error of one step may grow to
 constexpr double least_tolerance = 2e-9;   // of a step, of the extent: floats do no better
 constexpr double steps_in_noise = 2;
+constexpr double most_noise = 1e-3;  // of the extent; where the flow stretches the surface more, it is torn
 constexpr double widest_border = 2e-3, widest_border_box = 0.05;  // of the extent
 constexpr std::size_t most_nodes = std::size_t(1) << 22;          // 80 bytes each
 
@@ -61,7 +65,7 @@ dvec3 hermite_position(const std::array<StreamCorner, 4>& c, double du, double d
 StreamCells::StreamCells(StreamLines& lines, const SeedCurve& curve, double tolerance, double extent)
     : lines_(lines), tolerance_(tolerance), extent_(extent), range_(curve.range()) {
   make_strips(curve);
-  for (std::size_t s = 0; s < lines_.sections().size(); s++) lines_.set_rows(int(s), fewest_rows);
+  lines_.set_rows(1, fewest_rows);
 }
 
 // ---- The lattice
@@ -97,7 +101,10 @@ double StreamCells::time_at(std::int32_t row) const {
   return (row < 0 ? lines_.sections().front() : lines_.sections().back()).at(std::abs(row));
 }
 
-std::int32_t StreamCells::base_rows() const { return lines_.sections()[0].rows / cells_in_section; }
+std::int32_t StreamCells::base_rows() const {
+  const StreamSection& section = lines_.sections()[0];
+  return section.rows_of_piece() / (section.pieces == 1 ? cells_in_section : cells_in_piece);
+}
 std::int32_t StreamCells::lowest_row() const {
   const StreamSection& first = lines_.sections().front();
   return first.end < first.start ? -first.rows : 0;
@@ -145,6 +152,14 @@ void StreamCells::trace(const std::vector<std::pair<int, std::int32_t>>& wanted)
   }
   for (StreamLine& one : lines_.trace(seeds)) {
     nodes_ += one.nodes[0].size() + one.nodes[1].size();
+    for (std::size_t part = 0; part < lines_.sections().size(); part++) {
+      const std::vector<StreamNode>& nodes = one.nodes[part];
+      int& rest = one.rest[part] = int(nodes.size());
+      const auto is_there = [&](int row) {
+        return double(glm::distance(nodes[std::size_t(row)].x, one.last[part])) <= way_of_rest * tolerance_;
+      };
+      while (rest > 0 && is_there(rest - 1)) rest--;
+    }
     traced_.push_back(std::move(one));
   }
 }
@@ -181,8 +196,50 @@ double StreamCells::greatest_stretch() const {
   return greatest;
 }
 
-// Rows as near as streamlines need: between every other one the cubic is then 16 times as far off as in a cell of the
-// least size.
+// In one of the sections half of the streamlines that begin leave the field within a few rows, or come to rest.
+bool StreamCells::do_most_lines_end_soon() const {
+  for (std::size_t part = 0; part < lines_.sections().size(); part++) {
+    std::size_t begun = 0, ended = 0;
+    for (const StreamLine& one : traced_) {
+      if (one.nodes[part].empty()) continue;
+      begun++;
+      ended += std::min(one.reached(int(part)), one.rest[part]) < soon ? 1 : 0;
+    }
+    if (2 * ended > begun) return true;
+  }
+  return false;
+}
+
+// Between every other row the cubic is 16 times as far off as in a cell of the least size.
+bool StreamCells::are_rows_dense_enough(int& pieces, int& rows) const {
+  if (do_most_lines_end_soon() && pieces < most_pieces) {
+    pieces++;
+    rows = std::min(rows, fewest_rows_of_piece);
+    return false;
+  }
+  double first = 0, later = 0;  // of the first piece, and of the others
+  for (std::size_t part = 0; part < lines_.sections().size(); part++) {
+    const StreamSection& times = lines_.sections()[part];
+    for (const StreamLine& one : traced_) {
+      const std::vector<StreamNode>& n = one.nodes[part];
+      for (std::size_t i = 0; i + 2 < n.size(); i += 2) {
+        const dvec3 middle = along_line(n[i], n[i + 2], 2 * times.interval(int(i)), 0.5);
+        double& greatest = int(i) < times.rows_of_piece() ? first : later;
+        greatest = std::max(greatest, glm::distance(middle, position_of(n[i + 1])));
+      }
+    }
+  }
+  const auto is_enough = [&](double greatest) { return greatest / 16 <= 0.1 * tolerance_; };
+  if (pieces > 1 && is_enough(later) && !is_enough(first) && pieces < most_pieces) {
+    pieces++;
+    return false;
+  }
+  if ((is_enough(first) && is_enough(later)) || pieces * rows >= most_rows) return true;
+  rows *= 2;
+  return false;
+}
+
+// Rows as near as streamlines need.
 void StreamCells::choose_rows() {
   std::vector<std::pair<int, std::int32_t>> wanted;
   for (std::size_t s = 0; s < strips_.size(); s++) {
@@ -200,25 +257,9 @@ void StreamCells::choose_rows() {
       lines_.set_tolerance(allowed);
       enough = false;
     }
-    for (std::size_t part = 0; part < lines_.sections().size(); part++) {
-      const StreamSection& times = lines_.sections()[part];
-      double greatest = 0;
-      for (const StreamLine& one : traced_) {
-        const std::vector<StreamNode>& n = one.nodes[part];
-        for (std::size_t i = 0; i + 2 < n.size(); i += 2) {
-          const dvec3 middle = along_line(n[i], n[i + 2], 2 * times.interval(), 0.5);
-          greatest = std::max(greatest, glm::distance(middle, position_of(n[i + 1])));
-        }
-      }
-      const double per_row = greatest / 16;
-      if (per_row <= 0.1 * tolerance_ || times.rows >= most_rows) continue;
-      lines_.set_rows(int(part), 2 * times.rows);
-      enough = false;
-    }
-    // Sections have as many rows, so that halves of cells are rows in both.
-    const int rows = std::max(lines_.sections().front().rows, lines_.sections().back().rows);
-    for (std::size_t part = 0; part < lines_.sections().size(); part++) lines_.set_rows(int(part), rows);
-    if (enough) break;
+    int pieces = lines_.sections()[0].pieces, rows = lines_.sections()[0].rows_of_piece();
+    if (are_rows_dense_enough(pieces, rows) && enough) break;
+    lines_.set_rows(pieces, rows);
   }
   join_corners();
 }
@@ -365,7 +406,8 @@ StreamCells::Verdict StreamCells::judge(const LatticeBox& box, double& deviation
   }
   const std::array<StreamCorner, 4> at = corners(box);
   const double du = u_at(end) - u_at(box.column), dv = time_at(box.row + box.rows) - time_at(box.row);
-  const double limit = std::max(safety * tolerance_, noise_of(box));
+  const double noise = noise_of(box), limit = std::max(safety * tolerance_, noise);
+  if (!within(noise, most_noise * extent_)) return Verdict::gap;
   const auto off = [&](std::int32_t column, std::int32_t row, double s) {
     const double t = double(row - box.row) / box.rows;
     return glm::distance(hermite_position(at, du, dv, s, t), position_of(*node(box.strip, column, row)));
@@ -383,10 +425,20 @@ StreamCells::Verdict StreamCells::judge(const LatticeBox& box, double& deviation
   most(deviation, sides);
   most(deviation, across);
   most(deviation, inside);
-  if (within(deviation, limit)) return Verdict::leaf;
+  if (within(deviation, limit)) return is_at_rest(box) ? Verdict::nothing : Verdict::leaf;
   if (box.rows > 1 && (!within(sides, limit) || (within(across, limit) && inside > 2 * across)))
     return Verdict::split_v;
   return halves ? Verdict::split_u : Verdict::gap;
+}
+
+// Where streamlines have come to rest the surface has ended.
+bool StreamCells::is_at_rest(const LatticeBox& box) const {
+  const auto section = std::size_t(section_of(box));
+  for (int i = 0; i < 3; i++) {
+    const StreamLine* of = line(box.strip, box.column + i * box.columns / 2);
+    if (of && (box.row < 0 ? -box.row - box.rows : box.row) < of->rest[section]) return false;
+  }
+  return true;
 }
 
 // Where a streamline ends before the box does: halved until what is missing is small.

@@ -84,6 +84,8 @@ class StreamCells {
   };
   void make_strips(const SeedCurve& curve);
   void choose_rows();
+  bool are_rows_dense_enough(int& pieces, int& rows) const;  // else what to try next
+  bool do_most_lines_end_soon() const;
   double greatest_stretch() const;                                      // of the seed curve, by the flow
   void trace(const std::vector<std::pair<int, std::int32_t>>& wanted);  // strip, column
   void join_corners();
@@ -91,6 +93,7 @@ class StreamCells {
   void look_at(LatticeBox box, Found& found) const;
   Verdict judge(const LatticeBox& box, double& deviation) const;
   Verdict judge_incomplete(const LatticeBox& box) const;
+  bool is_at_rest(const LatticeBox& box) const;
   Border border_of(const LatticeBox& box) const;
 
   int section_of(const LatticeBox& box) const;

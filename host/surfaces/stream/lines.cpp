@@ -31,6 +31,37 @@ float greatest_rate(const glm::mat3& jacobian, float direction) {
 
 }  // namespace
 
+double StreamSection::start_of(int piece) const {
+  if (piece == 0) return start;
+  return piece == pieces ? end : start + std::ldexp(end - start, piece - pieces);
+}
+
+double StreamSection::at(int row) const {
+  const int piece = row / rows_of_piece();
+  return piece == pieces ? end : start_of(piece) + interval(row) * (row - piece * rows_of_piece());
+}
+
+double StreamSection::interval(int row) const {
+  const int piece = std::min(row / rows_of_piece(), pieces - 1);
+  return (start_of(piece + 1) - start_of(piece)) / rows_of_piece();
+}
+
+double StreamSection::row_of(double time) const {
+  int piece = 0;
+  while (piece + 1 < pieces && std::abs(time - start) >= std::abs(start_of(piece + 1) - start)) piece++;
+  const int first = piece * rows_of_piece();
+  const double row = first + (time - start_of(piece)) / interval(first);
+  // Rows before the first one and behind the last one are as far apart as those next to them.
+  return (end - start) * (time - start) < 0 ? (time - start) / interval(0) : row;
+}
+
+void StreamLines::set_rows(int pieces, int rows_of_piece) {
+  for (StreamSection& section : sections_) {
+    section.pieces = pieces;
+    section.rows = pieces * rows_of_piece;
+  }
+}
+
 StreamLines::StreamLines(FlowQueries& flow, const VectorFieldDefinition& field, const SeedCurve& curve,
                          const glm::dvec2& time, double tolerance)
     : flow_(flow), curve_(curve), smooth_(field.smoothness() >= 2), tolerance_(tolerance) {
@@ -97,27 +128,40 @@ void StreamLines::trace_section(int section, const FlowSeeds& seeds, std::span<S
     }
     options.ends_only = false;
   }
-  if (whose.empty()) return;
-  options.time = times.end - times.start;
-  options.interval = std::abs(times.interval());
-  const Streamlines traced = flow_.trace(begin, options);
-  steps_ += traced.steps;
-  for (std::size_t k = 0; k < whose.size(); k++) {
-    std::vector<StreamNode>& nodes = lines[whose[k]].nodes[std::size_t(section)];
-    const auto first = std::size_t(traced.offsets[k]), end = std::size_t(traced.offsets[k + 1]);
-    // A seed without a field is no row.
-    if (end - first == 1 && traced.end[k] != FlowStatus::time) continue;
-    nodes.reserve(end - first);
-    for (std::size_t i = first; i < end; i++) {
-      const double row = double(traced.times[i]) / times.interval();
-      if (int(nodes.size()) > times.rows || std::abs(row - double(nodes.size())) > off_row) break;
-      StreamNode node;
-      node.x = traced.positions[i];
-      node.u = traced.first[i];
-      if (smooth_) node.uu = traced.second[i];
-      nodes.push_back(node);
+  for (int piece = 0; piece < times.pieces && !whose.empty(); piece++) {
+    const int before = piece * times.rows_of_piece();
+    const double interval = times.interval(before);
+    options.time = times.start_of(piece + 1) - times.start_of(piece);
+    options.interval = std::abs(interval);
+    const Streamlines traced = flow_.trace(begin, options);
+    steps_ += traced.steps;
+    FlowSeeds next;
+    std::vector<std::size_t> whose_next;
+    for (std::size_t k = 0; k < whose.size(); k++) {
+      std::vector<StreamNode>& nodes = lines[whose[k]].nodes[std::size_t(section)];
+      const auto first = std::size_t(traced.offsets[k]), end = std::size_t(traced.offsets[k + 1]);
+      // A seed without a field is no row.
+      if (end - first == 1 && traced.end[k] != FlowStatus::time) continue;
+      nodes.reserve(nodes.size() + end - first);
+      // The first row of a piece is the last one of the piece before it.
+      for (std::size_t i = first + (piece > 0 ? 1 : 0); i < end; i++) {
+        const double row = before + double(traced.times[i]) / interval;
+        if (int(nodes.size()) > before + times.rows_of_piece() || std::abs(row - double(nodes.size())) > off_row) break;
+        StreamNode node;
+        node.x = traced.positions[i];
+        node.u = traced.first[i];
+        if (smooth_) node.uu = traced.second[i];
+        nodes.push_back(node);
+      }
+      lines[whose[k]].last[std::size_t(section)] = traced.positions[end - 1];
+      if (traced.end[k] != FlowStatus::time || int(nodes.size()) != before + times.rows_of_piece() + 1) continue;
+      next.positions.emplace_back(nodes.back().x);
+      next.tangents.emplace_back(nodes.back().u);
+      next.second_tangents.emplace_back(nodes.back().uu);
+      whose_next.push_back(whose[k]);
     }
-    lines[whose[k]].last[std::size_t(section)] = traced.positions[end - 1];
+    begin = std::move(next);
+    whose = std::move(whose_next);
   }
 }
 

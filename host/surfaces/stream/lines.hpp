@@ -1,8 +1,9 @@
-// Streamlines from places of a seed curve, at rows of even times: what cells of a stream surface are made of.
+// Streamlines from places of a seed curve, at rows of times: what cells of a stream surface are made of.
 //
 // A row holds the position and, by the variational equations, x_u and x_uu; and of the field there x_τ = v,
 // x_uτ = Dv·x_u and x_ττ = Dv·v. Times before the seed and after it are two sections, each with rows of its own: row 0
-// of both is next to the seed. Where times begin apart from 0, seeds are traced there first.
+// of both is next to the seed. Where times begin apart from 0, seeds are traced there first. Rows are even in time, or
+// where lines end long before the time asked for denser towards the seed.
 #pragma once
 
 #include <array>
@@ -25,18 +26,25 @@ struct StreamNode {
   float slope = 0;  // |Dv|, of Frobenius
 };
 
+// Rows of times in pieces, each with as many rows at even times. Every piece is twice as long as the one before it, but
+// the second, which is as long as the first.
 struct StreamSection {
   double start = 0;  // τ of row 0
   double end = 0;    // τ of the last row; before `start` where lines are traced back
   int rows = 0;      // the number of the last row
-  double at(int row) const { return row == rows ? end : start + (end - start) * row / rows; }
-  double interval() const { return (end - start) / rows; }
+  int pieces = 1;
+  int rows_of_piece() const { return rows / pieces; }
+  double start_of(int piece) const;  // τ; of the number of pieces the end
+  double at(int row) const;
+  double interval(int row) const;    // from a row to the next
+  double row_of(double time) const;  // between rows
 };
 
 // Of one or two sections.
 struct StreamLine {
   std::array<std::vector<StreamNode>, 2> nodes{};  // as many as were reached
   std::array<glm::vec3, 2> last{};                 // the last position, also between rows
+  std::array<int, 2> rest{};                       // the row from which on it hardly moves, or past the last one
   int reached(int section) const { return int(nodes[std::size_t(section)].size()) - 1; }
 };
 
@@ -53,7 +61,8 @@ class StreamLines {
               double tolerance);
 
   const std::vector<StreamSection>& sections() const { return sections_; }
-  void set_rows(int section, int rows) { sections_[std::size_t(section)].rows = rows; }
+  // All sections have the same numbers.
+  void set_rows(int pieces, int rows_of_piece);
   bool is_smooth() const { return smooth_; }
   double tolerance() const { return tolerance_; }
   void set_tolerance(double tolerance) { tolerance_ = tolerance; }

@@ -341,8 +341,7 @@ void make_tree(const StreamCells& cells, StreamMesh& mesh) {
   mesh.base = {cells.columns() / width, (cells.highest_row() - lowest) / height};
   mesh.lower = {cells.u_at(0), cells.time_at(lowest)};
   mesh.upper = {cells.u_at(cells.columns()), cells.time_at(cells.highest_row())};
-  mesh.zero = cells.time_at(0);
-  mesh.base_before = -lowest / height;
+  for (std::int32_t i = 0; i <= mesh.base.y; i++) mesh.base_times.push_back(cells.time_at(lowest + i * height));
   mesh.tree.assign(std::size_t(mesh.base.x) * std::size_t(mesh.base.y), StreamMesh::no_cell);
   for (std::size_t number = 0; number < cells.cells().size(); number++) {
     const LatticeBox& box = cells.cells()[number];

@@ -60,8 +60,7 @@ struct StreamMesh {
   static constexpr std::int32_t no_cell = -0x7fffffff;
   glm::ivec2 base{1};
   glm::dvec2 lower{0.0}, upper{0.0};  // of u and τ
-  double zero = 0;                    // τ at which boxes meet that have another size before it than behind it
-  std::int32_t base_before = 0;       // how many along τ lie before it
+  std::vector<double> base_times;     // τ where boxes meet, and of both ends
   std::vector<std::int32_t> tree;
 
   // What was done.

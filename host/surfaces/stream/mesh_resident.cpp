@@ -74,16 +74,15 @@ class ResidentStreamMesh final : public ResidentSurface {
   // Returns where it begins.
   std::size_t put_tree() {
     Words words(form_.pieces);
-    const std::size_t at = words.add(TREE_NODES + mesh_.tree.size());
+    const std::size_t nodes = TREE_TIMES + mesh_.base_times.size();
+    const std::size_t at = words.add(nodes + mesh_.tree.size());
     words.put(at + TREE_COLUMNS, std::int32_t(mesh_.base.x));
     words.put(at + TREE_ROWS, std::int32_t(mesh_.base.y));
-    words.put(at + TREE_ROWS_BEFORE, mesh_.base_before);
     words.put(at + TREE_LOW_U, float(mesh_.lower.x));
     words.put(at + TREE_HIGH_U, float(mesh_.upper.x));
-    words.put(at + TREE_LOW_V, float(mesh_.lower.y));
-    words.put(at + TREE_ZERO_V, float(mesh_.zero));
-    words.put(at + TREE_HIGH_V, float(mesh_.upper.y));
-    for (std::size_t i = 0; i < mesh_.tree.size(); i++) words.put(at + TREE_NODES + i, mesh_.tree[i]);
+    for (std::size_t i = 0; i < mesh_.base_times.size(); i++)
+      words.put(at + TREE_TIMES + i, float(mesh_.base_times[i]));
+    for (std::size_t i = 0; i < mesh_.tree.size(); i++) words.put(at + nodes + i, mesh_.tree[i]);
     return at;
   }
 

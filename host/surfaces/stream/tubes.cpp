@@ -66,12 +66,13 @@ struct TubeRow {
 };
 
 // From row 0 on, as far as bounds stay finite.
-std::vector<TubeRow> tube_of(const std::vector<StreamNode>& nodes, double interval, double delta, double bend_of_seed,
-                             const BendBounds& bends) {
+std::vector<TubeRow> tube_of(const std::vector<StreamNode>& nodes, const StreamSection& section, double delta,
+                             double bend_of_seed, const BendBounds& bends) {
   std::vector<TubeRow> rows(nodes.size());
   rows[0] = {0.5 * bend_of_seed * delta * delta, bend_of_seed * delta, 0};
   for (std::size_t i = 0; i + 1 < nodes.size(); i++) {
     const StreamNode &a = nodes[i], &b = nodes[i + 1];
+    const double interval = std::abs(section.interval(int(i)));
     const double slope = std::max(a.slope, b.slope), speed = double(std::max(glm::length(a.v), glm::length(b.v)));
     const double way = 0.5 * speed * interval * (1 + slope * interval);
     const double stretch = double(std::max(glm::length(a.u), glm::length(b.u))) * std::exp(0.5 * slope * interval);
@@ -162,8 +163,8 @@ void add_tube(const StreamMesh& mesh, std::size_t number, const StreamSection& s
   const std::optional<PieceBounds> bounds = mesh.pieces->bounds(number, {glm::dvec2(-wide), glm::dvec2(1 + wide)});
   const glm::dvec2 bounds_of_third = third_derivatives(mesh.pieces->pieces()[number]);
   const std::vector<StreamNode>& nodes = line.nodes[std::size_t(part)];
-  const double first = (cell.lower.y - wide * size.y - section.start) / section.interval(),
-               last = (cell.upper.y + wide * size.y - section.start) / section.interval();
+  const double first = section.row_of(cell.lower.y - wide * size.y),
+               last = section.row_of(cell.upper.y + wide * size.y);
   const int from = std::max(0, int(std::floor(std::min(first, last) + 1e-9))),
             to = std::min(section.rows, int(std::ceil(std::max(first, last) - 1e-9)));
   const double s = (u - cell.lower.x) / size.x;
@@ -181,7 +182,7 @@ void add_tube(const StreamMesh& mesh, std::size_t number, const StreamSection& s
                          0.5 * tube[r].bend * radius * radius + glm::distance(dvec3(n.v), p.v / size.y);
     // From the middle of the tube to its sides; and half way to the next rows, by the rates of what was compared and
     // bounds of how these change.
-    const double to_row = 0.5 * std::abs(section.interval()), slope = n.slope, bend = tube[r].bend;
+    const double to_row = 0.5 * std::abs(section.interval(row)), slope = n.slope, bend = tube[r].bend;
     const double width = double(glm::length(n.u)), speed = double(glm::length(n.v));
     const double turns_u = (bend * speed + slope * slope) * width, turns_v = (bend * speed + slope * slope) * speed;
     const double more_u = largest(bounds->uu) / (size.x * size.x) * delta +
@@ -210,7 +211,7 @@ void prove_cells(FlowQueries& flow, const VectorFieldDefinition& field, const Se
   };
   // Streamlines of their own, with as many rows as bounds need.
   StreamLines lines(flow, field, curve, {mesh.lower.y, mesh.upper.y}, cells.tolerance_of_step());
-  for (int s = 0; s < int(lines.sections().size()); s++) lines.set_rows(s, cells.sections()[std::size_t(s)].rows / 2);
+  lines.set_rows(cells.sections()[0].pieces, cells.sections()[0].rows_of_piece() / 2);
   for (int parts = 1; parts <= most_parts; parts *= 4) {
     std::map<std::tuple<int, std::int32_t, std::int32_t, bool>, Proof> groups;
     for (std::size_t i = 0; i < mesh.cells.size(); i++) {
@@ -245,7 +246,7 @@ void prove_cells(FlowQueries& flow, const VectorFieldDefinition& field, const Se
         const std::vector<StreamNode>& nodes = traced[seed].nodes[part];
         std::vector<TubeRow> tube;
         const double bend = curve.greatest_bend(seeds[seed].u - delta, seeds[seed].u + delta);
-        if (!nodes.empty()) tube = tube_of(nodes, std::abs(section.interval()), delta, bend, bends);
+        if (!nodes.empty()) tube = tube_of(nodes, section, delta, bend, bends);
         for (const std::size_t i : proof.cells)
           add_tube(mesh, i, section, traced[seed], int(part), seeds[seed].u, delta, tube, mesh.cells[i]);
       }

@@ -114,6 +114,40 @@ TEST(StreamCells, AreWithinTheToleranceOfTheSurface) {
   }
 }
 
+// Much more time than lines need: until they leave the field, or come to rest at x = 1. Both surfaces are z = 0.8 x y²,
+// and τ is x, or -log(1 - x).
+TEST(StreamCells, FollowLinesThatEndLongBeforeTheTimeDoes) {
+  const Domain domain{dvec3(-1.3, -1.3, -2.2), dvec3(1.3, 1.3, 2.2)};
+  for (const bool rests : {false, true}) {
+    const VectorField field =
+        rests ? expression_flow({"1-x", "0", "0.8*y^2*(1-x)"}, domain) : expression_flow({"1", "0", "0.8*y^2"}, domain);
+    const Surface surface = stream_surface(field, seed_expression({"0", "u", "0"}, {-1, 1}), {.time = {-0.5, 1e5}});
+    const double greatest_x = rests ? 0.999 : 1.27;  // next to the exit hits are `unresolved`
+    for (const TestDevice& on : one_of_each()) {
+      if (on.device.is_reference()) continue;  // it samples times evenly
+      SCOPED_TRACE(std::string(rests ? "rests" : "leaves") + " on " + on.label);
+      std::mt19937 random(11);
+      std::uniform_real_distribution<float> in_x(-0.3f, float(greatest_x)), in_y(-0.99f, 0.99f);
+      RayBatch rays(on.slow ? 200 : 5000);
+      for (std::size_t i = 0; i < rays.size(); i++) rays.set(i, {{in_x(random), in_y(random), -3}, {0, 0, 1}});
+      const HitList hits = Interrogator(on.device, surface).cast(rays, {.hits = Hits::all});
+      ASSERT_EQ(hits.size(), rays.size());
+      double off = 0, off_time = 0;
+      for (std::size_t i = 0; i < hits.size(); i++) {
+        ASSERT_EQ(hits.rays()[i], i);
+        const dvec3 p = hits.locations()[i];
+        off = std::max(off, std::abs(p.z - 0.8 * p.x * p.y * p.y));
+        const double time = rests ? -std::log1p(-p.x) : p.x;
+        // Where x comes to rest τ is as ill determined as e^τ.
+        off_time = std::max(off_time, std::abs(double(hits.coordinates()[i].v) - time) * (rests ? 1 - p.x : 1));
+      }
+      std::cout << on.label << ": off by " << off << ", times by " << off_time << "\n";
+      EXPECT_LE(off, 4.4e-5);  // 1e-5 of the extent, the usual tolerance
+      EXPECT_LE(off_time, 4.4e-5);
+    }
+  }
+}
+
 // A place, and how near in (u, τ) another hit counts as one of the same place.
 struct Aim {
   SurfaceCoordinates place;
