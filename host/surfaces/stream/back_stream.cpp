@@ -21,8 +21,8 @@ namespace smurf {
 namespace {
 
 constexpr int longest_axis = 64;                               // cells
-constexpr std::size_t sample_lines = 193, sample_times = 193;  // that tell where the surface is
-constexpr std::size_t kept_each = 6;                           // of these one is kept along each direction
+constexpr std::size_t sample_lines = 769, sample_times = 769;  // that tell where the surface is
+constexpr std::size_t kept_each = 24;                          // of these one is kept along each direction
 constexpr double table_tolerance = 0.01;                       // of a cell, of a step
 constexpr double table_longest = 1.0 / 16;                     // of the extent, a step
 constexpr double table_margin = 4;                             // cells, beyond the range of τ

@@ -6,7 +6,8 @@
 // are missing (their lines have left the domain, or do not cross), or a node could not be followed, the branch is
 // unclear.
 //
-// Samples of the surface itself, traced forward, then tell of places that the lattice does not know of.
+// Samples of the surface itself, traced forward, tell of places that the lattice does not know of, each by its tangent
+// plane: W is the offset from it there, and u and τ are those of the plane's point next to a place.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -25,7 +26,9 @@ constexpr double spread_margin = 0.15;  // of the spread, for what bends within 
 constexpr double unclear_margin = 1.0;
 constexpr double farthest_match = 24;  // cells, that crossings of one branch may be apart
 constexpr int fewest_sides = 2;        // of the four edges along an axis, by which a branch has a slope there
-constexpr std::size_t samples_in_cell = 3;
+constexpr double plane_margin = 0.25;  // cells, that the surface may be off a sample's tangent plane
+constexpr double least_angle = 1e-4;   // between x_u and v, for a plane
+constexpr double farthest_reach = 1;   // cells
 constexpr int farthest_empty = 255;
 
 // W, u, τ.
@@ -38,6 +41,7 @@ struct Branch {
   int corners = 0;
   bool clear = false;
   bool from_sample = false;
+  double u_of_sample = 0;
 };
 
 struct Crossing {
@@ -54,6 +58,7 @@ class TableMaker {
   TableMaker(const StreamSurface& surface, const Curtain& curtain, bool closed, const Lattice& lattice,
              const std::vector<std::uint32_t>& nodes)
       : range_(surface.seed().range()),
+        corners_(surface.seed().corners()),
         time_(surface.options().time),
         closed_(closed),
         lattice_(lattice),
@@ -215,38 +220,111 @@ class TableMaker {
     return b.affine[2][0] + reach(2) >= time_.x && b.affine[2][0] - reach(2) <= time_.y;
   }
 
+  // A sample of the surface with its tangent plane, in cells: n is the normal, and u and τ grow by by_u and by_t.
+  struct Plane {
+    glm::dvec3 place{0.0}, n{0.0}, by_u{0.0}, by_t{0.0};
+    double size_u = 0, size_t = 0;  // cells that the surface is long per u and per τ
+    double reach = 0;               // half of the way to the samples next to it
+  };
+
+  // A corner itself belongs to what is before it.
+  bool is_corner_between(double at, double other) const {
+    return std::ranges::any_of(corners_, [&](double c) { return (at <= c && c < other) || (other < c && c < at); });
+  }
+
+  // By differences to its neighbours; without a plane where they span none.
+  Plane plane_at(const StreamSamples& samples, std::size_t line, std::size_t time) const {
+    const std::size_t at = line * samples.times + time;
+    Plane plane;
+    plane.place = (samples.points[at].position - lattice_.corner) / lattice_.cell;
+    // To the neighbours along u or τ, `stride` away: how far that is in space per unit.
+    const auto slope = [&](std::size_t number, std::size_t count, std::size_t stride, auto parameter) {
+      std::size_t low = at, high = at;
+      // Not across a corner of the seed curve.
+      const auto is_beside = [&](std::size_t other) {
+        return samples.there[other] && !is_corner_between(samples.points[at].u, samples.points[other].u);
+      };
+      if (number > 0 && is_beside(at - stride)) low = at - stride;
+      if (number + 1 < count && is_beside(at + stride)) high = at + stride;
+      const glm::dvec3 way = (samples.points[high].position - samples.points[low].position) / lattice_.cell;
+      const double change = parameter(samples.points[high]) - parameter(samples.points[low]);
+      for (const std::size_t other : {low, high}) {
+        const double away = glm::distance(samples.points[other].position, samples.points[at].position);
+        plane.reach = std::max(plane.reach, 0.5 * away / lattice_.cell);
+      }
+      return change == 0 ? glm::dvec3(0.0) : way / change;
+    };
+    const glm::dvec3 x_u = slope(line, samples.lines, samples.times, [](const StreamSample&s) { return s.u; }),
+                     x_t = slope(time, samples.times, 1, [](const StreamSample&s) { return s.tau; }),
+                     normal = glm::cross(x_u, x_t);
+    const double area = glm::length(normal);
+    plane.size_u = glm::length(x_u);
+    plane.size_t = glm::length(x_t);
+    if (!(area > least_angle * plane.size_u * plane.size_t)) return plane;
+    plane.n = normal / area;
+    plane.by_u = glm::cross(x_t, plane.n) / area;
+    plane.by_t = glm::cross(plane.n, x_u) / area;
+    return plane;
+  }
+
+  // Each cell that a sample may reach knows the surface's tangent plane there.
   void add_samples(const StreamSamples& samples) {
-    for (std::size_t s = 0; s < samples.points.size(); s++) {
-      if (!samples.there[s]) continue;
-      const StreamSample& sample = samples.points[s];
-      const glm::dvec3 place = (sample.position - lattice_.corner) / lattice_.cell;
-      const glm::ivec3 i = glm::clamp(glm::ivec3(glm::floor(place)), glm::ivec3(0), lattice_.cells - 1);
-      const glm::dvec3 p = place - glm::dvec3(i) - 0.5;
-      std::vector<Branch>& list = branches_[number_of(i)];
-      bool known = false;
-      std::size_t added = 0;
-      for (const Branch& b : list) {
-        if (b.from_sample) {
-          added++;
-          known = known || apart({0, b.affine[1][0], b.affine[2][0]}, {0, sample.u, sample.tau}) < 2 * lattice_.cell;
-        } else {
-          Three at{};
-          for (std::size_t q = 0; q < 3; q++)
-            at[q] = b.affine[q][0] + b.affine[q][1] * p.x + b.affine[q][2] * p.y + b.affine[q][3] * p.z;
-          known = known || (std::abs(at[0]) <= b.margin[0] + 1e-3 * lattice_.cell &&
-                            std::abs(turned(sample.u, at[1]) - at[1]) <= b.margin[1] + typical_[1] &&
-                            std::abs(sample.tau - at[2]) <= b.margin[2] + typical_[2]);
+    for (std::size_t line = 0; line < samples.lines; line++) {
+      for (std::size_t time = 0; time < samples.times; time++) {
+        const StreamSample& sample = samples.points[line * samples.times + time];
+        if (!samples.there[line * samples.times + time]) continue;
+        const Plane plane = plane_at(samples, line, time);
+        const double reach = std::min(plane.reach, farthest_reach);
+        const glm::ivec3 low = glm::clamp(glm::ivec3(glm::floor(plane.place - reach)), glm::ivec3(0), last_cell()),
+                         high = glm::clamp(glm::ivec3(glm::floor(plane.place + reach)), glm::ivec3(0), last_cell());
+        for (int k = low.z; k <= high.z; k++) {
+          for (int j = low.y; j <= high.y; j++) {
+            for (int i = low.x; i <= high.x; i++) add_plane(sample, plane, {i, j, k});
+          }
         }
       }
-      if (known || added >= samples_in_cell || list.size() >= BACK_MOST_BRANCHES) continue;
-      Branch b;
-      b.affine[1][0] = sample.u;
-      b.affine[2][0] = sample.tau;
-      b.margin = {1, range_.y - range_.x, time_.y - time_.x};
-      b.from_sample = true;
-      list.push_back(b);
-      missed_++;
     }
+  }
+
+  glm::ivec3 last_cell() const { return lattice_.cells - 1; }
+
+  void add_plane(const StreamSample& sample, const Plane& plane, const glm::ivec3& cell) {
+    const glm::dvec3 p = plane.place - glm::dvec3(cell) - 0.5;
+    std::vector<Branch>& list = branches_[number_of(cell)];
+    const auto is_known = [&](const Branch& b) {
+      // Each side of a corner has a plane of its own.
+      const double about = b.margin[1] + 0.5 * b.spread[1], middle = b.affine[1][0];
+      if (b.from_sample ? is_corner_between(b.u_of_sample, sample.u)
+                        : is_corner_between(middle - about, middle + about))
+        return false;
+      Three at{};
+      for (std::size_t q = 0; q < 3; q++)
+        at[q] = b.affine[q][0] + b.affine[q][1] * p.x + b.affine[q][2] * p.y + b.affine[q][3] * p.z;
+      const double off_u = std::abs(turned(sample.u, at[1]) - at[1]), off_t = std::abs(sample.tau - at[2]);
+      if (b.from_sample)
+        return std::abs(at[0]) <= 0.5 * plane_margin && off_u * plane.size_u <= 1 && off_t * plane.size_t <= 1;
+      return b.clear && std::abs(at[0]) <= b.margin[0] + 1e-3 * lattice_.cell && off_u <= b.margin[1] + typical_[1] &&
+             off_t <= b.margin[2] + typical_[2];
+    };
+    if (std::ranges::any_of(list, is_known)) return;
+    if (std::ranges::count_if(list, [](const Branch& b) { return b.clear || b.from_sample; }) >= BACK_MOST_BRANCHES) {
+      crowded_++;
+      return;
+    }
+    Branch b;
+    const auto put = [&](std::size_t q, double value, const glm::dvec3& slope) {
+      b.affine[q] = {value - glm::dot(slope, p), slope.x, slope.y, slope.z};
+    };
+    put(0, 0, plane.n);
+    put(1, sample.u, plane.by_u);
+    put(2, sample.tau, plane.by_t);
+    const bool flat = plane.n != glm::dvec3(0.0);
+    b.margin = {flat ? plane_margin : 1, flat ? 1 / plane.size_u : range_.y - range_.x,
+                flat ? 1 / plane.size_t : time_.y - time_.x};
+    b.from_sample = true;
+    b.u_of_sample = sample.u;
+    list.push_back(b);
+    missed_++;
   }
 
   // How far each cell is from one that may hold something, by steps to any of 26 neighbours: there and back through the
@@ -292,23 +370,26 @@ class TableMaker {
           for (const double a : b.affine[q]) put(a);
         }
         for (const double m : b.margin) put(m);
-        put(b.clear ? 1 : 0);
+        put(b.clear ? BRANCH_IS_CLEAR : (b.from_sample ? BRANCH_IS_SAMPLE : 0));
         (b.clear ? table.clear : table.unclear)++;
       }
     }
     table.missed = missed_;
+    table.crowded = crowded_;
     if (table.branches.empty()) table.branches.resize(BRANCH_WORDS);
     return table;
   }
 
-  const glm::dvec2 range_, time_;
+  const glm::dvec2 range_;
+  const std::vector<double> corners_;
+  const glm::dvec2 time_;
   const bool closed_;
   const Lattice& lattice_;
   const std::vector<std::uint32_t>& nodes_;
   const Three length_;  // of W, u and τ, per unit of each
   Three typical_{};
   std::vector<std::vector<Branch>> branches_;
-  std::size_t missed_ = 0;
+  std::size_t missed_ = 0, crowded_ = 0;
 };
 
 }  // namespace

@@ -55,7 +55,8 @@ struct BackTable {
   std::size_t full = 0;     // cells that may hold some of the surface
   std::size_t clear = 0;    // branches on which all corners of a cell agree
   std::size_t unclear = 0;  // others
-  std::size_t missed = 0;   // places that samples of the surface pass and that the lattice did not know of
+  std::size_t missed = 0;   // tangent planes that samples of the surface add to what the lattice knows
+  std::size_t crowded = 0;  // those that a cell has no room for
 };
 // `nodes`: NODE_WORDS each (kernels/stream/curtain_layout.inc).
 BackTable make_back_table(const StreamSurface& surface, const Curtain& curtain, bool closed, const Lattice& lattice,
