@@ -17,15 +17,18 @@ constexpr std::size_t points_in_tile = 1 << 18;
 
 WalkSteps::WalkSteps(Executor& executor, const ResidentSurface& surface, bool coordinates)
     : executor_(executor), walks_(surface.modules().contains("walk")), has_coordinates_(coordinates) {
-  const auto program = [&](KernelId kernel, bool located) {
-    Program p = surface.program(kernel);
-    p.defines["COORDINATES"] = located ? "1" : "0";
+  const auto program = [&](const char* begins) {
+    Program p = surface.program(KernelId::walk);
+    p.defines["COORDINATES"] = coordinates ? "1" : "0";
     p.defines["CURVATURE"] = "0";
+    p.defines["WALK_BEGINS"] = begins;
     return p;
   };
-  begin_ = program(KernelId::begin_walk, coordinates);
-  walk_ = program(KernelId::walk, coordinates);
-  nearest_ = program(KernelId::find_nearest, true);
+  begin_ = program("1");
+  walk_ = program("0");
+  nearest_ = surface.program(KernelId::find_nearest);
+  nearest_.defines["COORDINATES"] = "1";
+  nearest_.defines["CURVATURE"] = "0";
 }
 
 void WalkSteps::walk(ResidentSurface& surface, std::string_view kind, const WalkStart& start,
@@ -98,15 +101,15 @@ void WalkSteps::begin(const WalkStart& start, std::size_t first, std::size_t cou
                                    .end = int(count)},
            count);
   launch(executor_, begin_,
-         arguments::begin_walk{.surface = surface_,
-                               .points = points_.get(),
-                               .coordinates = coordinates_.get(),
-                               .directions = directions_.get(),
-                               .walked = walked_.get(),
-                               .first = 0,
-                               .end = int(count),
-                               .stride = int(count),
-                               .tolerance = std::bit_cast<int>(tolerance)},
+         arguments::walk{.surface = surface_,
+                         .points = points_.get(),
+                         .coordinates = coordinates_.get(),
+                         .directions = directions_.get(),
+                         .walked = walked_.get(),
+                         .first = 0,
+                         .end = int(count),
+                         .stride = int(count),
+                         .tolerance = std::bit_cast<int>(tolerance)},
          count);
 }
 

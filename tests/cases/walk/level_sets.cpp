@@ -11,7 +11,7 @@
 #include "harness/kernel_cover.hpp"
 #include "smurf/smurf.hpp"
 
-KERNELS(begin_walk, walk);
+KERNELS(walk);
 
 namespace smurf::test {
 namespace {
