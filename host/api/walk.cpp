@@ -39,6 +39,7 @@ void WalkSteps::walk(ResidentSurface& surface, std::string_view kind, const Walk
                             "isosurfaces and implicit surfaces",
                             kind));
   surface.prepare_properties();
+  surface.prepare_walks();
   surface_ = surface.buffers();
   const std::size_t size = start.points.locations.size();
   const std::size_t tile = std::min(options.tile != 0 ? options.tile : points_in_tile, std::max<std::size_t>(size, 1));
