@@ -125,14 +125,18 @@ SectionEnd MeshSections::follow(const SectionStart& start, const MeshPoint& at) 
   // The triangle to begin in, and where the curve leaves it.
   std::optional<std::uint32_t> first;
   Exit exit{};
-  double aligned = 0;
+  // In its own triangle the curve goes on in the direction. Across an edge it may turn back; about a corner, which may be
+  // one of the border, only a little.
+  double aligned = -2;
+  const bool on_side = (1 - at.u - at.v <= on_edge) + (at.u <= on_edge) + (at.v <= on_edge) == 1;
   for (const std::uint32_t face : faces_at(at)) {
+    const double least = face == at.face ? 0 : on_side ? -1.1 : -0.2;
     for (const Exit& candidate : exits(plane, face)) {
       const dvec3 way = candidate.location - start.location;
       const double size = glm::length(way);
       if (!(size > no_length * r)) continue;
       const double cosine = glm::dot(way, start.direction) / size;
-      if (cosine <= aligned + (first ? 1e-9 : 0.0)) continue;
+      if (cosine <= least || cosine <= aligned + (first ? 1e-9 : 0.0)) continue;
       aligned = cosine;
       first = face;
       exit = candidate;
