@@ -64,6 +64,7 @@ void WalkSteps::walk(ResidentSurface& surface, std::string_view kind, const Walk
                                .stride = int(count),
                                .distance_step = common ? 0 : 1},
                count);
+      if (step == 0 && !start.tell_start) continue;
       walked_.read(std::span(words).first(count * WALK_WORDS));
       const auto column = [&]<class T>(int at, const T*) {
         return std::span(reinterpret_cast<const T*>(words.data() + std::size_t(at) * count), count);

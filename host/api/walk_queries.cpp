@@ -178,7 +178,7 @@ Neighbors Interrogator::neighbors(std::span<const glm::vec3> points, std::span<c
     throw Error(ErrorCode::usage,
                 fmt::format("walking needs one distance per point, or one for all: {} points, {} distances",
                             points.size(), distances.size()));
-  return neighbors_of(*queries_, parts_ > 0, {{points, {}, directions}, distances, 1},
+  return neighbors_of(*queries_, parts_ > 0, {{points, {}, directions}, distances, 1, false},
                       with_tolerance(options, diagonal_));
 }
 
@@ -186,7 +186,7 @@ Neighbors Interrogator::neighbors(std::span<const glm::vec3> points, std::span<c
                                   float distance, const WalkOptions& options) const {
   require_directions(points.size(), directions.size(), "point");
   require_distance(distance);
-  return neighbors_of(*queries_, parts_ > 0, {{points, {}, directions}, {&distance, 1}, 1},
+  return neighbors_of(*queries_, parts_ > 0, {{points, {}, directions}, {&distance, 1}, 1, false},
                       with_tolerance(options, diagonal_));
 }
 
@@ -208,7 +208,8 @@ Paths Interrogator::walk(std::span<const glm::vec3> points, std::span<const glm:
 Neighbors HitList::neighbors(std::span<const glm::vec3> directions, float distance, const WalkOptions& options) const {
   require_directions(size(), directions.size(), "hit");
   require_distance(distance);
-  return neighbors_of(*queries_, !coordinates_.empty(), {{locations_, coordinates_, directions}, {&distance, 1}, 1},
+  return neighbors_of(*queries_, !coordinates_.empty(),
+                      {{locations_, coordinates_, directions}, {&distance, 1}, 1, false},
                       with_tolerance(options, diagonal_));
 }
 

@@ -197,6 +197,7 @@ void ReferenceQueries::walk(const WalkStart& start, const WalkOptions& options, 
       parallel_for((count + chunk - 1) / chunk, [&](std::size_t c) {
         for (std::size_t i = c * chunk; i < std::min(count, (c + 1) * chunk); i++) one(i, step);
       });
+      if (step == 0 && !start.tell_start) continue;
       sink({begin, step, locations, normals, directions, coordinates, chords, status});
       if (step > 0) done += count;
       if (options.progress && step > 0) options.progress(done, size * std::size_t(start.steps));

@@ -21,6 +21,7 @@ struct WalkStart {
   PointSet points;                   // with a direction each; with coordinates they are on the surface
   std::span<const float> distances;  // one for all, or one per point
   int steps = 1;
+  bool tell_start = true;  // step 0, too
 };
 
 // Points first .. first + status.size() - 1 after a step; 0 is the start.

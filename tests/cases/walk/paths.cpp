@@ -25,7 +25,7 @@ struct Curve {
 };
 
 // Every point within `across` of the curve, and within `along` of where it is after so many steps.
-void expect_path(const Interrogator& query, const Curve& curve, double drift) {
+void expect_path(const Interrogator& query, const std::string& device, const Curve& curve, double drift) {
   SCOPED_TRACE(curve.name);
   const Paths paths = query.walk(std::vector{curve.point}, std::vector{curve.direction}, curve.distance, steps);
   ASSERT_EQ(paths.size(), 1u);
@@ -42,7 +42,7 @@ void expect_path(const Interrogator& query, const Curve& curve, double drift) {
   }
   EXPECT_LE(farthest, drift);
   EXPECT_LE(chord, 1e-5 * curve.distance + 4 * rounding * 3);
-  testing::Test::RecordProperty("drift", fmt::format("{:.2e}", farthest));
+  testing::Test::RecordProperty("drift on the " + curve.name + ", " + device, fmt::format("{:.2e}", farthest));
 }
 
 // The angle and the rise of a step on the cylinder of radius 1 about z, at an angle to the horizontal: the point at the
@@ -71,7 +71,7 @@ TEST(PathsOfAThousandSteps, FollowGreatCirclesOfASphere) {
   for (TestDevice& device : devices()) {
     SCOPED_TRACE(device.label);
     const Interrogator query(device.device, implicit("x^2+y^2+z^2-1", {glm::dvec3(-1.5), glm::dvec3(1.5)}));
-    expect_path(query,
+    expect_path(query, device.label,
                 {"great circle", glm::vec3(n), glm::vec3(t), float(r),
                  [&](int i) { return std::cos(angle * i) * n + std::sin(angle * i) * t; }},
                 stated_drift);
@@ -86,7 +86,7 @@ TEST(PathsOfAThousandSteps, FollowHelicesOfACylinder) {
     SCOPED_TRACE(device.label);
     const Interrogator query(device.device,
                              implicit("x^2+y^2-1", {glm::dvec3(-1.5, -1.5, -1), glm::dvec3(1.5, 1.5, 25)}));
-    expect_path(query,
+    expect_path(query, device.label,
                 {"helix",
                  {1, 0, 0},
                  glm::vec3(0, std::cos(slope), std::sin(slope)),
@@ -103,7 +103,7 @@ TEST(PathsOfAThousandSteps, FollowCirclesOfATorus) {
     SCOPED_TRACE(device.label);
     const Interrogator query(device.device,
                              implicit("(sqrt(x^2+y^2)-2)^2+z^2-0.25", {glm::dvec3(-3, -3, -1), glm::dvec3(3, 3, 1)}));
-    expect_path(query,
+    expect_path(query, device.label,
                 {"outer equator",
                  {2.5f, 0, 0},
                  {0, 1, 0},
@@ -111,7 +111,7 @@ TEST(PathsOfAThousandSteps, FollowCirclesOfATorus) {
                  [&](int i) { return 2.5 * glm::dvec3(std::cos(turn(2.5) * i), std::sin(turn(2.5) * i), 0); }},
                 stated_drift);
     expect_path(
-        query,
+        query, device.label,
         {"meridian",
          {2.5f, 0, 0},
          {0, 0, 1},
