@@ -1,6 +1,7 @@
 #include "reference/walk/parametric_charts.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -12,11 +13,26 @@ namespace {
 using glm::dvec2;
 using glm::dvec3;
 
-constexpr int samples = 16;           // of a side
+constexpr std::size_t samples = 16;   // of a side
 constexpr double same = 1e-9;         // of the extent: points that are one, beside the gap of sides
 constexpr double beside_pole = 1e-6;  // of a facet
 constexpr double on_side = 1e-9;      // of a facet's size
 constexpr double infinity = std::numeric_limits<double>::infinity();
+
+// By Gauss and Newton's method along the side.
+dvec2 nearest_on_side(const ReferenceFacet& facet, int side, double along, const dvec3& q) {
+  const int axis = 1 - side / 2;
+  const double size = facet.upper[axis] - facet.lower[axis];
+  for (int i = 0; i < 30; i++) {
+    const dvec2 at = place_on_side(facet, side, along);
+    const ReferenceJet jet = facet.at(at.x, at.y, 1);
+    const dvec3 tangent = size * (axis == 0 ? jet.u : jet.v);
+    const double square = glm::dot(tangent, tangent);
+    if (!(square > 0)) break;
+    along = std::clamp(along - glm::dot(jet.s - q, tangent) / square, 0.0, 1.0);
+  }
+  return place_on_side(facet, side, along);
+}
 
 }  // namespace
 
@@ -28,7 +44,7 @@ ParametricCharts::ParametricCharts(const std::vector<std::unique_ptr<ReferenceFa
       Box box{dvec3(infinity), dvec3(-infinity)};
       double longest = 0;
       dvec3 last(0.0);
-      for (int i = 0; i <= samples; i++) {
+      for (std::size_t i = 0; i <= samples; i++) {
         const dvec2 at = place_on_side(*facet, side, double(i) / samples);
         const dvec3 s = facet->at(at.x, at.y, 0).s;
         box.lower = glm::min(box.lower, s);
@@ -59,27 +75,21 @@ std::vector<ChartPlace> ParametricCharts::same_point(const ChartPlace& place) co
       if (border.pole != no_pole || glm::any(glm::lessThan(q, box.lower - border.gap)) ||
           glm::any(glm::greaterThan(q, box.upper + border.gap)))
         continue;
-      double along = 0, least = infinity;
-      for (int i = 0; i <= samples; i++) {
+      // From each place that is nearer than its neighbours: a side may pass the point more than once.
+      std::array<double, samples + 3> distances;
+      distances.fill(infinity);
+      for (std::size_t i = 0; i <= samples; i++) {
         const dvec2 at = place_on_side(facet, side, double(i) / samples);
-        const double distance = glm::distance(facet.at(at.x, at.y, 0).s, q);
-        if (distance < least) least = distance, along = double(i) / samples;
+        distances[i + 1] = glm::distance(facet.at(at.x, at.y, 0).s, q);
       }
-      const int axis = 1 - side / 2;
-      const double size = facet.upper[axis] - facet.lower[axis];
-      for (int i = 0; i < 30; i++) {
-        const dvec2 at = place_on_side(facet, side, along);
-        const ReferenceJet jet = facet.at(at.x, at.y, 1);
-        const dvec3 tangent = size * (axis == 0 ? jet.u : jet.v);
-        const double square = glm::dot(tangent, tangent);
-        if (!(square > 0)) break;
-        along = std::clamp(along - glm::dot(jet.s - q, tangent) / square, 0.0, 1.0);
+      for (std::size_t i = 1; i + 1 < distances.size(); i++) {
+        if (distances[i] > distances[i - 1] || distances[i] >= distances[i + 1]) continue;
+        const dvec2 at = nearest_on_side(facet, side, double(i - 1) / samples, q);
+        const bool here = chart == place.chart &&
+                          glm::all(glm::lessThanEqual(glm::abs(at - place.at), on_side * (facet.upper - facet.lower)));
+        if (!here && glm::distance(facet.at(at.x, at.y, 0).s, q) <= 2 * border.gap + same * extent_)
+          found.push_back({chart, at});
       }
-      const dvec2 at = place_on_side(facet, side, along);
-      const bool here = chart == place.chart &&
-                        glm::all(glm::lessThanEqual(glm::abs(at - place.at), on_side * (facet.upper - facet.lower)));
-      if (!here && glm::distance(facet.at(at.x, at.y, 0).s, q) <= 2 * border.gap + same * extent_)
-        found.push_back({chart, at});
     }
   }
   return found;

@@ -37,6 +37,7 @@ class ResidentParametric final : public ResidentSurface {
     modules_["frame"] = kernel_source("patch/frame.inc");
     modules_["map"] = kernel_source("patch/no_map.inc");
     modules_["walk"] = kernel_source("patch/walk.inc");
+    modules_["walk_pieces"] = kernel_source("patch/walk_pieces.inc");
     defines_.merge(form_.defines());
   }
 
