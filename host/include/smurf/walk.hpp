@@ -1,10 +1,11 @@
 // Walking on a surface (Interrogator::neighbors, Interrogator::walk, HitList::neighbors).
 //
-// From a point p with the unit normal n, in a direction d and over a distance r: the surface is cut by the plane through
-// p that n and d span, d projected to the tangent plane first. What is reached is the first point of this section curve
-// at the chord r from p (|q - p| = r, in the data's units), followed continuously from p on the side of d; never a point
-// of another sheet. The direction goes along by the rotation that turns the normal at p into that at q. So a path of
-// many steps on a sphere is a great circle; on other surfaces it approaches a geodesic as steps get shorter.
+// From a point p with the unit normal n, in a direction d and over a distance r: the surface is cut by the plane
+// through p that n and d span, d projected to the tangent plane first. What is reached is the first point of this
+// section curve at the chord r from p (|q - p| = r, in the data's units), followed continuously from p on the side of
+// d; never a point of another sheet. The direction goes along by the rotation that turns the normal at p into that at
+// q. So a path of many steps on a sphere is a great circle; on other surfaces it approaches a geodesic as steps get
+// shorter.
 //
 //   auto next  = hits.neighbors(directions, 0.5f);
 //   auto paths = query.walk(points, directions, 0.5f, 100);
@@ -22,14 +23,14 @@
 
 namespace smurf {
 
-// How a step ended. The first three go on: `start`: step 0 of a path; `reached`; `crease`: reached past an edge or crease
-// where the normal turns at once (by more than 30° along the curve). A path ends with the others. `boundary`: the
-// surface or its domain ends; the last point is given. `unreachable`: the section curve comes back to the start and is
-// never that far; the point is the start of the step. `undefined`: the surface has no normal at the start, or nothing is
-// known of it further on (the last point is given). `unresolved`: the curve was followed as far as there was patience
-// for, or lost. Not walked at all: `off_surface`: the point is farther from the surface than WalkOptions::tolerance;
-// `no_direction`: the direction is along the normal or zero; `invalid`: a number is not finite, or a distance is not
-// positive.
+// How a step ended. The first three go on: `start`: step 0 of a path; `reached`; `crease`: reached past an edge or
+// crease where the normal turns at once (by more than 30° along the curve). A path ends with the others. `boundary`:
+// the surface or its domain ends; the last point is given. `unreachable`: the section curve comes back to the start and
+// is never that far; the point is the start of the step. `undefined`: the surface has no normal at the start, or
+// nothing is known of it further on (the last point is given). `unresolved`: the curve was followed as far as there was
+// patience for, or lost. Not walked at all: `off_surface`: the point is farther from the surface than
+// WalkOptions::tolerance; `no_direction`: the direction is along the normal or zero; `invalid`: a number is not finite,
+// or a distance is not positive.
 enum class WalkStatus : std::uint32_t {
   start = 0,
   reached = 1,
