@@ -4,6 +4,7 @@
 #include "smurf/black_box.hpp"
 #include "smurf/camera.hpp"
 #include "smurf/compare.hpp"
+#include "smurf/coordinates.hpp"
 #include "smurf/device.hpp"
 #include "smurf/error.hpp"
 #include "smurf/flow.hpp"
@@ -18,3 +19,4 @@
 #include "smurf/stream_export.hpp"
 #include "smurf/surface.hpp"
 #include "smurf/volume.hpp"
+#include "smurf/walk.hpp"

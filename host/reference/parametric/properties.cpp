@@ -280,6 +280,8 @@ bool ReferenceProperties::nearest(const dvec3& point, ParametricPlace& place) co
       }
     }
     try_at(cell.facet, from);
+    // At a pole the distance may have no slope within the facet, though there are nearer points.
+    if (place.facet == cell.facet && dvec2(place.u, place.v) == from) try_at(cell.facet, cell.middle());
     return best;
   });
   return std::isfinite(best);

@@ -46,6 +46,10 @@ class ResidentBackStream final : public ResidentSurface {
       : map_(surface, executor, options) {
     map_.add_to(modules_, defines_);
     modules_["surface"] = kernel_source("stream/back_stream.inc");
+    modules_["walk"] = kernel_source("patch/walk.inc");
+    modules_["walk_pieces"] = kernel_source("stream/back_pieces.inc");
+    defines_["WALK_PART"] = "0.0625f";
+    defines_["WALK_NOTHING"] = "WALK_BOUNDARY";
     const std::unique_ptr<FlowQueries> flow = trace_on_device(executor, surface.share_field(), {});
     const StreamSamples samples = sample_stream(*flow, surface, sample_lines, sample_times);
     const bool closed = map_.seed().closed;
@@ -140,6 +144,7 @@ class ResidentBackStream final : public ResidentSurface {
     const std::size_t lines = (samples.lines - 1) / kept_each + 1, times = (samples.times - 1) / kept_each + 1;
     words.put_integer(BACK_LINES, int(lines));
     words.put_integer(BACK_TIMES, int(times));
+    words.put_integer(BACK_CLOSED_T, samples.closed_in_time ? 1 : 0);
     upload(executor, words.words, uniforms_, "surface uniforms");
     Words points(BACK_SAMPLE_WORDS * lines * times);
     for (std::size_t i = 0; i < lines; i++) {

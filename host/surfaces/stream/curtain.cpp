@@ -70,12 +70,21 @@ StreamSamples sample_stream(FlowQueries& flow, const StreamSurface& surface, std
   out.there.assign(lines * times, false);
   const double step = (time.y - time.x) / double(times - 1);
   glm::dvec3 lower(std::numeric_limits<double>::infinity()), upper(-lower);
+  double greatest_gap = 0;  // between where a line begins and where it ends
   // Each way what a line keeps is near the times that are wanted, by less than half of the interval.
   for (const double end : {time.x, time.y}) {
     const bool back = end == time.x;
     if (back ? !(end < 0) : !(end > 0)) continue;
     const Streamlines traced = trace(flow, surface, seeds, end, 0.5 * step);
     for (std::size_t i = 0; i < lines; i++) {
+      if (traced.offsets[i] < traced.offsets[i + 1]) {
+        const std::size_t first = traced.offsets[i], last = traced.offsets[i + 1] - 1;
+        const bool arrives = std::abs(double(traced.times[last]) - end) <= 1e-6 * std::abs(end);
+        const double off = double(glm::distance(traced.positions[first], traced.positions[last]));
+        greatest_gap = std::max(greatest_gap, arrives ? off : std::numeric_limits<double>::infinity());
+      } else {
+        greatest_gap = std::numeric_limits<double>::infinity();
+      }
       for (std::size_t k = traced.offsets[i]; k < traced.offsets[i + 1]; k++) {
         const double tau = traced.times[k];
         if (tau < time.x || tau > time.y) continue;
@@ -90,6 +99,9 @@ StreamSamples sample_stream(FlowQueries& flow, const StreamSurface& surface, std
   }
   if (!(lower.x <= upper.x)) refuse(fmt::format("time: every streamline ends before {:g}", time.x));
   out.bounds = {lower, upper};
+  const glm::dvec3 size = upper - lower;
+  constexpr double closing = 1e-5;  // of the extent, for lines are traced in floats
+  out.closed_in_time = (time.x == 0 || time.y == 0) && greatest_gap <= closing * std::max({size.x, size.y, size.z});
   return out;
 }
 

@@ -25,6 +25,8 @@ struct StreamSamples {
   std::vector<StreamSample> points;  // line by line
   std::vector<bool> there;
   Bounds bounds;  // of those that are there
+  // Every line, from the seed to the end of its time, ends where it began.
+  bool closed_in_time = false;
 };
 // Throws Error (input), one line, where there is no surface: no seed in the field, a field that is zero at all of them,
 // a seed curve along the flow throughout, streamlines that all end before the range of τ.
