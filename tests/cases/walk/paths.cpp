@@ -24,7 +24,7 @@ struct Curve {
   std::function<glm::dvec3(int step)> at;
 };
 
-// Every point within `across` of the curve, and within `along` of where it is after so many steps.
+// Every row within `drift` of the exact point of its step, and at the chord from the one before.
 void expect_path(const Interrogator& query, const std::string& device, const Curve& curve, double drift) {
   SCOPED_TRACE(curve.name);
   const Paths paths = query.walk(std::vector{curve.point}, std::vector{curve.direction}, curve.distance, steps);
@@ -62,8 +62,9 @@ std::vector<TestDevice> devices() {
   return all;
 }
 
-// Roundings of a step, 1e-7, turn the way by their part of its length: over 1,000 steps that adds up to less than this.
-constexpr double stated_drift = 5e-4;
+// Roundings of a step, 1e-7, turn the way by their part of its length, 2e-6: on circles the curvature turns it back; on
+// the helix, 50 long, it adds up. Measured: 5e-6 and 1e-4.
+constexpr double circle_drift = 2e-5, helix_drift = 2e-4;
 
 TEST(PathsOfAThousandSteps, FollowGreatCirclesOfASphere) {
   const double r = 0.05, angle = 2 * std::asin(r / 2);
@@ -74,7 +75,7 @@ TEST(PathsOfAThousandSteps, FollowGreatCirclesOfASphere) {
     expect_path(query, device.label,
                 {"great circle", glm::vec3(n), glm::vec3(t), float(r),
                  [&](int i) { return std::cos(angle * i) * n + std::sin(angle * i) * t; }},
-                stated_drift);
+                circle_drift);
   }
 }
 
@@ -92,7 +93,7 @@ TEST(PathsOfAThousandSteps, FollowHelicesOfACylinder) {
                  glm::vec3(0, std::cos(slope), std::sin(slope)),
                  r,
                  [&](int i) { return glm::dvec3(std::cos(angle * i), std::sin(angle * i), rise * i); }},
-                stated_drift);
+                helix_drift);
   }
 }
 
@@ -109,7 +110,7 @@ TEST(PathsOfAThousandSteps, FollowCirclesOfATorus) {
                  {0, 1, 0},
                  r,
                  [&](int i) { return 2.5 * glm::dvec3(std::cos(turn(2.5) * i), std::sin(turn(2.5) * i), 0); }},
-                stated_drift);
+                circle_drift);
     expect_path(
         query, device.label,
         {"meridian",
@@ -117,7 +118,7 @@ TEST(PathsOfAThousandSteps, FollowCirclesOfATorus) {
          {0, 0, 1},
          r,
          [&](int i) { return glm::dvec3(2 + 0.5 * std::cos(turn(0.5) * i), 0, 0.5 * std::sin(turn(0.5) * i)); }},
-        stated_drift);
+        circle_drift);
   }
 }
 
