@@ -24,7 +24,8 @@ struct LevelSet {
 
 SectionEnd follow_section(const LevelSet& surface, const SectionStart& start);
 
-// The point of the level set nearest to p on the line p + y·direction, |y| at most `reach`; nothing where there is none.
+// The point of the level set nearest to p on the line p + y·direction, |y| at most `reach`; nothing where there is
+// none.
 std::optional<glm::dvec3> level_set_along(const LevelSet& surface, const glm::dvec3& p, const glm::dvec3& direction,
                                           double reach);
 
