@@ -61,7 +61,7 @@ struct RenderCommand {
   std::optional<std::filesystem::path> seeds;  // then `surface` is a vector field, and lines are drawn
   std::optional<std::string> shades;           // by default phong, of lines speed
   std::string size = "512x512";
-  std::optional<std::string> eye, look_at, up, range;
+  std::optional<std::string> eye, look_at, up, view, range;
   std::optional<double> field_of_view;
   std::optional<double> time, radius;  // of lines
   bool both = false;

@@ -207,10 +207,15 @@ void CommandLine::declare_render(CLI::App& app) {
       ->type_name("R")
       ->needs(seeds);
   verb->add_option("--size", render.size, "Pixels")->type_name("WxH")->capture_default_str();
-  verb->add_option("--eye", render.eye, "Where the camera stands; by default where all of the surface is seen")
+  CLI::Option* eye =
+      verb->add_option("--eye", render.eye, "Where the camera stands; by default what is seen fills the picture")
+          ->type_name("x,y,z");
+  verb->add_option("--look-at", render.look_at, "By default the middle of what is seen; with --eye that of the bounds")
       ->type_name("x,y,z");
-  verb->add_option("--look-at", render.look_at, "By default the centre of the bounds")->type_name("x,y,z");
-  verb->add_option("--up", render.up, "By default 0,0,1")->type_name("x,y,z");
+  verb->add_option("--up", render.up, "By default 0,0,1; the view turns with it")->type_name("x,y,z");
+  verb->add_option("--view", render.view, "front, back, left, right, top, bottom or iso")
+      ->type_name("SIDE")
+      ->excludes(eye);
   verb->add_option("--fov", render.field_of_view, "Vertical field of view in degrees, by default 45")
       ->type_name("DEGREES");
   verb->add_option("--range", render.range, "Numbers at the ends of the colour map; by default from what is seen")

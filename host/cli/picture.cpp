@@ -38,6 +38,9 @@ void set_vector(glm::dvec3& vector, const std::optional<std::string>& text, std:
   vector = {(*numbers)[0], (*numbers)[1], (*numbers)[2]};
 }
 
+std::string shown(const glm::dvec3& v) { return fmt::format("{:g},{:g},{:g}", v.x, v.y, v.z); }
+
+// As far as the command tells it; where it leaves the eye open the bounds are seen.
 Camera camera_of(const RenderCommand& command, const Bounds& bounds) {
   constexpr int longest = 16384;
   const std::string_view size = command.size;
@@ -48,13 +51,25 @@ Camera camera_of(const RenderCommand& command, const Bounds& bounds) {
     throw Error(ErrorCode::usage,
                 fmt::format("--size takes WIDTHxHEIGHT, each from 1 to {}, not \"{}\"", longest, command.size));
   }
-  Camera camera = fitted_camera(bounds, width, height);
-  set_vector(camera.eye, command.eye, "--eye");
+  glm::dvec3 up(0, 0, 1);
+  set_vector(up, command.up, "--up");
+  Camera camera = camera_from(view_named(command.view.value_or("usual")), up, bounds, width, height);
+  const glm::dvec3 offset = camera.eye - camera.look_at;
   set_vector(camera.look_at, command.look_at, "--look-at");
-  set_vector(camera.up, command.up, "--up");
+  camera.eye = camera.look_at + offset;
+  set_vector(camera.eye, command.eye, "--eye");
   if (command.field_of_view) camera.field_of_view = *command.field_of_view;
+  if (const auto other = replacement_of_up(camera)) {
+    fmt::print(stderr, "smurf: warning: up {} is parallel to the view; {} is up in its place\n", shown(camera.up),
+               shown(*other));
+    camera.up = *other;
+  }
+  if (!command.eye) camera = fitted_to(camera, corners_of(bounds), Fit::eye);
   return camera;
 }
+
+// Where the command leaves the eye open: what there is to see fills the picture.
+Fit fit_of(const RenderCommand& command) { return command.look_at ? Fit::eye : Fit::eye_and_target; }
 
 std::optional<ValueRange> range_in(const std::optional<std::string>& text) {
   if (!text) return std::nullopt;
@@ -74,6 +89,7 @@ void render_surface(const RenderCommand& command, const CommonOptions& common) {
   options.camera = camera_of(command, naming(command.surface, [&] { return surface.bounds(); }));
   const Device device = open(command.device, common);
   const Interrogator query = prepare(device, surface, command.surface, common);
+  if (!command.eye) options.camera = fitted_camera(query, options.camera, fit_of(command));
 
   const Stopwatch watch;
   Image image;

@@ -51,4 +51,8 @@ struct RenderOptions {
 // on a bad camera.
 Image render(const Interrogator& query, const RenderOptions& options);
 
+// The camera moved so that what it sees of the surface fills the picture (fitted_to); as it is where it sees nothing.
+// The surface is looked at by two batches of 96 by 96 rays at most.
+Camera fitted_camera(const Interrogator& query, const Camera& camera, Fit fit = Fit::eye_and_target);
+
 }  // namespace smurf
