@@ -69,6 +69,14 @@ struct RenderCommand {
   DeviceChoice device;
 };
 
+struct GalleryCommand {
+  std::filesystem::path output, data;  // data empty: where the program's own is
+  std::optional<std::filesystem::path> lobster;
+  std::optional<std::string> only;
+  int size = 512;
+  DeviceChoice device;
+};
+
 struct CompareCommand {
   std::filesystem::path surface, output;  // no output: only printed
   std::string resolutions = "16,32,64,128";
@@ -87,6 +95,7 @@ void run_probe(const ProbeCommand& command, const CommonOptions& common);
 void run_trace(const TraceCommand& command, const CommonOptions& common);
 void run_export(const ExportCommand& command, const CommonOptions& common);
 void run_render(const RenderCommand& command, const CommonOptions& common);
+void run_gallery(const GalleryCommand& command, const CommonOptions& common);
 void run_compare(const CompareCommand& command, const CommonOptions& common);
 
 }  // namespace smurf

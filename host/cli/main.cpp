@@ -16,6 +16,7 @@
 #include "cli/bench.hpp"
 #include "cli/commands.hpp"
 #include "smurf/error.hpp"
+#include "smurf/render.hpp"
 
 namespace smurf {
 
@@ -44,6 +45,7 @@ struct CommandLine {
   TraceCommand trace;
   ExportCommand export_mesh;
   RenderCommand render;
+  GalleryCommand gallery;
   CompareCommand compare;
   BenchOptions bench;
   std::function<int()> run;
@@ -54,6 +56,7 @@ struct CommandLine {
   void declare_trace(CLI::App& app);
   void declare_export(CLI::App& app);
   void declare_render(CLI::App& app);
+  void declare_gallery(CLI::App& app);
   void declare_compare(CLI::App& app);
   void declare_bench(CLI::App& app);
 
@@ -106,6 +109,7 @@ void CommandLine::declare(CLI::App& app) {
   declare_trace(app);
   declare_export(app);
   declare_render(app);
+  declare_gallery(app);
   declare_compare(app);
   declare_bench(app);
 }
@@ -192,10 +196,9 @@ void CommandLine::declare_export(CLI::App& app) {
 void CommandLine::declare_render(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("render", "A picture of the surface, or with --seeds of lines of a vector field");
   add_surface(verb, render.surface);
-  verb->add_option(
-          "--shade", render.shades,
-          "At most one colour (normal, gauss, mean, k1, k2, depth), and phong (light), contour (dark outlines); by "
-          "default phong. Of lines: speed (the default), time or none")
+  verb->add_option("--shade", render.shades,
+                   "One or several, but at most one colour: " + shades_help() +
+                       "; by default phong. Of lines: speed (the default), time or none")
       ->type_name("LIST");
   CLI::Option* seeds = add_seeds(verb, render.seeds);
   verb->add_option("--time", render.time,
@@ -225,6 +228,22 @@ void CommandLine::declare_render(CLI::App& app) {
   add_device(verb, render.device);
   add_output(verb, render.output, "IMAGE.png", "The picture");
   chosen(verb, [this] { run_render(render, common); });
+}
+
+void CommandLine::declare_gallery(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("gallery", "The paper's figures, from bundled data, and a page that shows them");
+  verb->add_option("--size", gallery.size, "Of a picture's side, in pixels")
+      ->type_name("N")
+      ->check(CLI::Range(16, 4096))
+      ->capture_default_str();
+  verb->add_option("--only", gallery.only, "One figure: 5a, 5b, 7, kinds or techniques")->type_name("NAME");
+  verb->add_option("--lobster", gallery.lobster, "CT of the lobster, for figure 5b; without it the head is drawn")
+      ->type_name("VOLUME");
+  verb->add_option("--data", gallery.data, "Where smurf's data is; by default found beside the program")
+      ->type_name("DIR");
+  add_device(verb, gallery.device);
+  add_output(verb, gallery.output, "DIR", "Folder for pictures and index.html; made where it is not there");
+  chosen(verb, [this] { run_gallery(gallery, common); });
 }
 
 void CommandLine::declare_compare(CLI::App& app) {

@@ -17,6 +17,7 @@
 #include "smurf/error.hpp"
 #include "smurf/lines.hpp"
 #include "smurf/render.hpp"
+#include "surfaces/surface_definition.hpp"
 
 namespace smurf {
 
@@ -80,6 +81,25 @@ std::optional<ValueRange> range_in(const std::optional<std::string>& text) {
   return ValueRange{(*numbers)[0], (*numbers)[1]};
 }
 
+// Why no ray hits the surface.
+std::string why_nothing(const Surface& surface, const Camera& camera) {
+  if (std::string reason = surface.model().why_empty(); !reason.empty()) return reason;
+  const Projection projection(camera);
+  bool behind = true;
+  glm::bvec4 beyond(true);  // the left, the right, the upper, the lower border of the picture
+  for (const glm::vec3& corner : corners_of(surface.bounds())) {
+    const glm::dvec3 seen = projection.in_view(glm::dvec3(corner));
+    behind &= seen.z <= 0;
+    if (seen.z <= 0 && !projection.is_parallel()) continue;
+    const glm::dvec2 pixel = projection.pixel(seen);
+    const glm::bvec4 here(pixel.x<0, pixel.x> camera.width, pixel.y<0, pixel.y> camera.height);
+    for (int side = 0; side < 4; side++) beyond[side] = beyond[side] && here[side];
+  }
+  if (behind) return "the surface is behind the camera";
+  if (glm::any(beyond)) return "the surface is beyond the borders of the picture";
+  return "no ray hits the surface";
+}
+
 void render_surface(const RenderCommand& command, const CommonOptions& common) {
   RenderOptions options;
   options.shades = shades_named(command.shades.value_or("phong"));
@@ -91,6 +111,9 @@ void render_surface(const RenderCommand& command, const CommonOptions& common) {
   const Interrogator query = prepare(device, surface, command.surface, common);
   if (!command.eye) options.camera = fitted_camera(query, options.camera, fit_of(command));
 
+  std::string reason;
+  options.nothing = [&] { return reason = why_nothing(surface, options.camera); };
+
   const Stopwatch watch;
   Image image;
   {
@@ -100,6 +123,7 @@ void render_surface(const RenderCommand& command, const CommonOptions& common) {
   }
   const double seconds = watch.seconds();
   save_png(image, command.output);
+  if (!reason.empty()) fmt::print(stderr, "smurf: nothing to see in {}: {}\n", command.output.string(), reason);
   const std::size_t rays = std::size_t(image.width) * std::size_t(image.height);
   const auto samples = std::size_t(options.samples);
   report(device, common, "rays", rays * samples * samples, seconds);
