@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "smurf/device.hpp"
 #include "smurf/flow.hpp"
 
 namespace smurf {
@@ -94,7 +95,9 @@ void run_cast(const CastCommand& command, const CommonOptions& common);
 void run_probe(const ProbeCommand& command, const CommonOptions& common);
 void run_trace(const TraceCommand& command, const CommonOptions& common);
 void run_export(const ExportCommand& command, const CommonOptions& common);
-void run_render(const RenderCommand& command, const CommonOptions& common);
+// `opened`: a device to use in place of the one that the command names.
+void run_render(const RenderCommand& command, const CommonOptions& common,
+                const std::optional<Device>& opened = std::nullopt);
 void run_gallery(const GalleryCommand& command, const CommonOptions& common);
 void run_compare(const CompareCommand& command, const CommonOptions& common);
 

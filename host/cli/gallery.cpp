@@ -49,7 +49,7 @@ void add_render(const Gallery& gallery, GalleryFigure& figure, RenderCommand com
   command.output = gallery.file(name);
   command.size = fmt::format("{0}x{0}", gallery.command.size);
   command.device = gallery.command.device;
-  run_render(command, gallery.common);
+  run_render(command, gallery.common, gallery.device);
   std::string text = fmt::format("render {} --shade {} --size {}", quoted(command.surface),
                                  command.shades.value_or("phong"), command.size);
   const auto add = [&](const char* option, const std::optional<std::string>& value) {
@@ -249,20 +249,30 @@ struct NamedFigure {
   GalleryFigure (*make)(const Gallery& gallery);
 };
 
-// In the order of the page.
+// In the order of the page. A figure more is a line more.
 constexpr NamedFigure figures[] = {
-    {"5a", make_crosses},  {"5b", make_contours},           {"7", make_curvature_plots},
-    {"kinds", make_kinds}, {"techniques", make_techniques},
+    {"7", make_curvature_plots}, {"kinds", make_kinds},           {"5a", make_crosses},
+    {"5b", make_contours},       {"techniques", make_techniques},
 };
 
 std::vector<NamedFigure> chosen(const std::optional<std::string>& only) {
   if (!only) return {std::begin(figures), std::end(figures)};
-  std::string known;
-  for (const NamedFigure& figure : figures) {
-    if (figure.name == *only) return {figure};
-    known += fmt::format("{}{}", known.empty() ? "" : ", ", figure.name);
+  std::vector<std::string> names;
+  for (std::size_t start = 0; start <= only->size();) {
+    const std::size_t end = std::min(only->find(',', start), only->size());
+    names.push_back(only->substr(start, end - start));
+    if (std::ranges::find(figures, names.back(), &NamedFigure::name) == std::end(figures)) {
+      std::string known;
+      for (const NamedFigure& figure : figures) known += fmt::format("{}{}", known.empty() ? "" : ", ", figure.name);
+      throw Error(ErrorCode::usage, fmt::format("unknown figure \"{}\"; known are {}", names.back(), known));
+    }
+    start = end + 1;
   }
-  throw Error(ErrorCode::usage, fmt::format("unknown figure \"{}\"; known are {}", *only, known));
+  std::vector<NamedFigure> wanted;
+  for (const NamedFigure& figure : figures) {
+    if (std::ranges::find(names, figure.name) != names.end()) wanted.push_back(figure);
+  }
+  return wanted;
 }
 
 }  // namespace
@@ -280,15 +290,16 @@ void run_gallery(const GalleryCommand& command, const CommonOptions& common) {
   }
   const Gallery gallery{command, common, open(command.device, common), data};
   const Stopwatch total;
-  std::vector<GalleryFigure> made;
-  for (const NamedFigure& figure : wanted) {
+  std::vector<GalleryFigure> made(wanted.size());
+  for (std::size_t i = 0; i < wanted.size(); i++) {
     const Stopwatch watch;
-    made.push_back(figure.make(gallery));
-    made.back().seconds = watch.seconds();
-    fmt::print("{} ({:.2f} s)\n", made.back().title, made.back().seconds);
-    if (!made.back().head.empty()) {
-      std::vector<std::vector<std::string>> rows = made.back().rows;
-      rows.insert(rows.begin(), made.back().head);
+    GalleryFigure& figure = made[i];
+    figure = wanted[i].make(gallery);
+    figure.seconds = watch.seconds();
+    fmt::print("{} ({:.2f} s)\n", figure.title, figure.seconds);
+    if (!figure.head.empty()) {
+      std::vector<std::vector<std::string>> rows = figure.rows;
+      rows.insert(rows.begin(), figure.head);
       for (const auto& row : rows) {
         std::string line;
         for (const std::string& cell : row) line += fmt::format("  {:<26}", cell);
@@ -297,7 +308,7 @@ void run_gallery(const GalleryCommand& command, const CommonOptions& common) {
     }
   }
   const DeviceInfo& info = gallery.device.info();
-  const std::string page = command.only ? fmt::format("{}.html", *command.only) : "index.html";
+  const std::string page = "index.html";
   write_file(gallery.file(page), gallery_page(made, fmt::format("{}, {}", info.executor, info.name)));
   fmt::print("{} in {:.1f} s\n", gallery.file(page).string(), total.seconds());
 }

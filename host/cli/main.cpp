@@ -236,7 +236,7 @@ void CommandLine::declare_gallery(CLI::App& app) {
       ->type_name("N")
       ->check(CLI::Range(16, 4096))
       ->capture_default_str();
-  verb->add_option("--only", gallery.only, "One figure: 5a, 5b, 7, kinds or techniques")->type_name("NAME");
+  verb->add_option("--only", gallery.only, "Of the figures 5a, 5b, 7, kinds, techniques")->type_name("LIST");
   verb->add_option("--lobster", gallery.lobster, "CT of the lobster, for figure 5b; without it the head is drawn")
       ->type_name("VOLUME");
   verb->add_option("--data", gallery.data, "Where smurf's data is; by default found beside the program")

@@ -100,14 +100,14 @@ std::string why_nothing(const Surface& surface, const Camera& camera) {
   return "no ray hits the surface";
 }
 
-void render_surface(const RenderCommand& command, const CommonOptions& common) {
+void render_surface(const RenderCommand& command, const CommonOptions& common, const std::optional<Device>& opened) {
   RenderOptions options;
   options.shades = shades_named(command.shades.value_or("phong"));
   options.samples = command.samples.value_or(2);
   options.range = range_in(command.range);
   const Surface surface = load_surface(command.surface);
   options.camera = camera_of(command, naming(command.surface, [&] { return surface.bounds(); }));
-  const Device device = open(command.device, common);
+  const Device device = opened ? *opened : open(command.device, common);
   const Interrogator query = prepare(device, surface, command.surface, common);
   if (!command.eye) options.camera = fitted_camera(query, options.camera, fit_of(command));
 
@@ -174,13 +174,13 @@ void render_lines(const RenderCommand& command, const CommonOptions& common) {
 
 }  // namespace
 
-void run_render(const RenderCommand& command, const CommonOptions& common) {
+void run_render(const RenderCommand& command, const CommonOptions& common, const std::optional<Device>& opened) {
   check_output(command.output, {".png"});
   if (command.seeds) return render_lines(command, common);
   if (is_vector_field(command.surface))
     throw Error(ErrorCode::usage, fmt::format("{}: a vector field is drawn by lines: --seeds tells where they begin",
                                               command.surface.string()));
-  render_surface(command, common);
+  render_surface(command, common, opened);
 }
 
 }  // namespace smurf

@@ -1,5 +1,5 @@
-// Renders by casting one batch of rays and shading what was hit, in linear light: by techniques (technique.hpp), each of
-// which asks for the properties that it needs.
+// Renders by casting one batch of rays and shading what was hit, in linear light: by techniques (technique.hpp), each
+// of which asks for the properties that it needs.
 //
 // Every pixel has samples² rays on a regular grid, which are those of a camera with samples times the pixels.
 #include "smurf/render.hpp"

@@ -69,8 +69,8 @@ enum class Fit {
   eye_and_target,  // moves both, in the same direction of view: the nearest place from which all points are seen
   eye              // moves the eye towards look_at or away from it
 };
-// The camera with its eye moved so that the points fill the picture, but for a margin of a twentieth. Of points that are
-// all one the camera stays as it is, and with none. Parallel projections keep their height where only the eye moves.
+// The camera with its eye moved so that the points fill the picture, but for a margin of a twentieth. Of points that
+// are all one the camera stays as it is, and with none. Parallel projections keep their height where only the eye moves.
 // Throws as Camera::rays() does.
 Camera fitted_to(const Camera& camera, std::span<const glm::vec3> points, Fit fit = Fit::eye_and_target);
 

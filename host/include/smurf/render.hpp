@@ -64,7 +64,8 @@ struct RenderOptions {
   std::function<std::string()> nothing = {};
 };
 
-// Hits of all statuses are drawn: the first of each ray, with layers all. Where there is none the picture says so. Throws Error (usage) on options that cannot be meant, Error (input)
+// Hits of all statuses are drawn: the first of each ray, with layers all. Where there is none the picture says so.
+// Throws Error (usage) on options that cannot be meant, Error (input)
 // on a bad camera.
 Image render(const Interrogator& query, const RenderOptions& options);
 
