@@ -7,6 +7,9 @@ set(SMURF_CMAKE_FOLDER ${CMAKE_INSTALL_LIBDIR}/cmake/smurf)
 install(TARGETS smurf EXPORT smurf-targets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(TARGETS smurf-program RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+# What `smurf gallery` draws, and the licence of the data.
+install(FILES data/headsq.json data/headsq.nhdr data/headsq_64x64x93_uint16le.raw.gz data/README.md
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/smurf)
 install(DIRECTORY include/smurf DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(EXPORT smurf-targets NAMESPACE smurf:: DESTINATION ${SMURF_CMAKE_FOLDER})
 

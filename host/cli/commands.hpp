@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "smurf/device.hpp"
 #include "smurf/flow.hpp"
 
 namespace smurf {
@@ -69,11 +70,19 @@ struct RenderCommand {
   std::optional<std::filesystem::path> seeds;  // then `surface` is a vector field, and lines are drawn
   std::optional<std::string> shades;           // by default phong, of lines speed
   std::string size = "512x512";
-  std::optional<std::string> eye, look_at, up, range;
+  std::optional<std::string> eye, look_at, up, view, range;
   std::optional<double> field_of_view;
   std::optional<double> time, radius;  // of lines
   bool both = false;
   std::optional<int> samples;  // by default 2, of lines 3
+  DeviceChoice device;
+};
+
+struct GalleryCommand {
+  std::filesystem::path output, data;  // data empty: where the program's own is
+  std::optional<std::filesystem::path> lobster;
+  std::optional<std::string> only;
+  int size = 512;
   DeviceChoice device;
 };
 
@@ -95,7 +104,10 @@ void run_probe(const ProbeCommand& command, const CommonOptions& common);
 void run_walk(const WalkCommand& command, const CommonOptions& common);
 void run_trace(const TraceCommand& command, const CommonOptions& common);
 void run_export(const ExportCommand& command, const CommonOptions& common);
-void run_render(const RenderCommand& command, const CommonOptions& common);
+// `opened`: a device to use in place of the one that the command names.
+void run_render(const RenderCommand& command, const CommonOptions& common,
+                const std::optional<Device>& opened = std::nullopt);
+void run_gallery(const GalleryCommand& command, const CommonOptions& common);
 void run_compare(const CompareCommand& command, const CommonOptions& common);
 
 }  // namespace smurf

@@ -16,6 +16,7 @@
 #include "cli/bench.hpp"
 #include "cli/commands.hpp"
 #include "smurf/error.hpp"
+#include "smurf/render.hpp"
 
 namespace smurf {
 
@@ -45,6 +46,7 @@ struct CommandLine {
   TraceCommand trace;
   ExportCommand export_mesh;
   RenderCommand render;
+  GalleryCommand gallery;
   CompareCommand compare;
   BenchOptions bench;
   std::function<int()> run;
@@ -56,6 +58,7 @@ struct CommandLine {
   void declare_trace(CLI::App& app);
   void declare_export(CLI::App& app);
   void declare_render(CLI::App& app);
+  void declare_gallery(CLI::App& app);
   void declare_compare(CLI::App& app);
   void declare_bench(CLI::App& app);
 
@@ -109,6 +112,7 @@ void CommandLine::declare(CLI::App& app) {
   declare_trace(app);
   declare_export(app);
   declare_render(app);
+  declare_gallery(app);
   declare_compare(app);
   declare_bench(app);
 }
@@ -214,10 +218,9 @@ void CommandLine::declare_export(CLI::App& app) {
 void CommandLine::declare_render(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("render", "A picture of the surface, or with --seeds of lines of a vector field");
   add_surface(verb, render.surface);
-  verb->add_option(
-          "--shade", render.shades,
-          "At most one colour (normal, gauss, mean, k1, k2, depth), and phong (light), contour (dark outlines); by "
-          "default phong. Of lines: speed (the default), time or none")
+  verb->add_option("--shade", render.shades,
+                   "One or several, but at most one colour: " + shades_help() +
+                       "; by default phong. Of lines: speed (the default), time or none")
       ->type_name("LIST");
   CLI::Option* seeds = add_seeds(verb, render.seeds);
   verb->add_option("--time", render.time,
@@ -229,10 +232,15 @@ void CommandLine::declare_render(CLI::App& app) {
       ->type_name("R")
       ->needs(seeds);
   verb->add_option("--size", render.size, "Pixels")->type_name("WxH")->capture_default_str();
-  verb->add_option("--eye", render.eye, "Where the camera stands; by default where all of the surface is seen")
+  CLI::Option* eye =
+      verb->add_option("--eye", render.eye, "Where the camera stands; by default what is seen fills the picture")
+          ->type_name("x,y,z");
+  verb->add_option("--look-at", render.look_at, "By default the middle of what is seen; with --eye that of the bounds")
       ->type_name("x,y,z");
-  verb->add_option("--look-at", render.look_at, "By default the centre of the bounds")->type_name("x,y,z");
-  verb->add_option("--up", render.up, "By default 0,0,1")->type_name("x,y,z");
+  verb->add_option("--up", render.up, "By default 0,0,1; the view turns with it")->type_name("x,y,z");
+  verb->add_option("--view", render.view, "front, back, left, right, top, bottom or iso")
+      ->type_name("SIDE")
+      ->excludes(eye);
   verb->add_option("--fov", render.field_of_view, "Vertical field of view in degrees, by default 45")
       ->type_name("DEGREES");
   verb->add_option("--range", render.range, "Numbers at the ends of the colour map; by default from what is seen")
@@ -242,6 +250,22 @@ void CommandLine::declare_render(CLI::App& app) {
   add_device(verb, render.device);
   add_output(verb, render.output, "IMAGE.png", "The picture");
   chosen(verb, [this] { run_render(render, common); });
+}
+
+void CommandLine::declare_gallery(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("gallery", "The paper's figures, from bundled data, and a page that shows them");
+  verb->add_option("--size", gallery.size, "Of a picture's side, in pixels")
+      ->type_name("N")
+      ->check(CLI::Range(16, 4096))
+      ->capture_default_str();
+  verb->add_option("--only", gallery.only, "Of the figures 5a, 5b, 7, kinds, techniques")->type_name("LIST");
+  verb->add_option("--lobster", gallery.lobster, "CT of the lobster, for figure 5b; without it the head is drawn")
+      ->type_name("VOLUME");
+  verb->add_option("--data", gallery.data, "Where smurf's data is; by default found beside the program")
+      ->type_name("DIR");
+  add_device(verb, gallery.device);
+  add_output(verb, gallery.output, "DIR", "Folder for pictures and index.html; made where it is not there");
+  chosen(verb, [this] { run_gallery(gallery, common); });
 }
 
 void CommandLine::declare_compare(CLI::App& app) {

@@ -17,6 +17,7 @@
 #include "smurf/error.hpp"
 #include "smurf/lines.hpp"
 #include "smurf/render.hpp"
+#include "surfaces/surface_definition.hpp"
 
 namespace smurf {
 
@@ -38,6 +39,9 @@ void set_vector(glm::dvec3& vector, const std::optional<std::string>& text, std:
   vector = {(*numbers)[0], (*numbers)[1], (*numbers)[2]};
 }
 
+std::string shown(const glm::dvec3& v) { return fmt::format("{:g},{:g},{:g}", v.x, v.y, v.z); }
+
+// As far as the command tells it; where it leaves the eye open the bounds are seen.
 Camera camera_of(const RenderCommand& command, const Bounds& bounds) {
   constexpr int longest = 16384;
   const std::string_view size = command.size;
@@ -48,13 +52,25 @@ Camera camera_of(const RenderCommand& command, const Bounds& bounds) {
     throw Error(ErrorCode::usage,
                 fmt::format("--size takes WIDTHxHEIGHT, each from 1 to {}, not \"{}\"", longest, command.size));
   }
-  Camera camera = fitted_camera(bounds, width, height);
-  set_vector(camera.eye, command.eye, "--eye");
+  glm::dvec3 up(0, 0, 1);
+  set_vector(up, command.up, "--up");
+  Camera camera = camera_from(view_named(command.view.value_or("usual")), up, bounds, width, height);
+  const glm::dvec3 offset = camera.eye - camera.look_at;
   set_vector(camera.look_at, command.look_at, "--look-at");
-  set_vector(camera.up, command.up, "--up");
+  camera.eye = camera.look_at + offset;
+  set_vector(camera.eye, command.eye, "--eye");
   if (command.field_of_view) camera.field_of_view = *command.field_of_view;
+  if (const auto other = replacement_of_up(camera)) {
+    fmt::print(stderr, "smurf: warning: up {} is parallel to the view; {} is up in its place\n", shown(camera.up),
+               shown(*other));
+    camera.up = *other;
+  }
+  if (!command.eye) camera = fitted_to(camera, corners_of(bounds), Fit::eye);
   return camera;
 }
+
+// Where the command leaves the eye open: what there is to see fills the picture.
+Fit fit_of(const RenderCommand& command) { return command.look_at ? Fit::eye : Fit::eye_and_target; }
 
 std::optional<ValueRange> range_in(const std::optional<std::string>& text) {
   if (!text) return std::nullopt;
@@ -65,15 +81,38 @@ std::optional<ValueRange> range_in(const std::optional<std::string>& text) {
   return ValueRange{(*numbers)[0], (*numbers)[1]};
 }
 
-void render_surface(const RenderCommand& command, const CommonOptions& common) {
+// Why no ray hits the surface.
+std::string why_nothing(const Surface& surface, const Camera& camera) {
+  if (std::string reason = surface.model().why_empty(); !reason.empty()) return reason;
+  const Projection projection(camera);
+  bool behind = true;
+  glm::bvec4 beyond(true);  // the left, the right, the upper, the lower border of the picture
+  for (const glm::vec3& corner : corners_of(surface.bounds())) {
+    const glm::dvec3 seen = projection.in_view(glm::dvec3(corner));
+    behind &= seen.z <= 0;
+    if (seen.z <= 0 && !projection.is_parallel()) continue;
+    const glm::dvec2 pixel = projection.pixel(seen);
+    const glm::bvec4 here(pixel.x<0, pixel.x> camera.width, pixel.y<0, pixel.y> camera.height);
+    for (int side = 0; side < 4; side++) beyond[side] = beyond[side] && here[side];
+  }
+  if (behind) return "the surface is behind the camera";
+  if (glm::any(beyond)) return "the surface is beyond the borders of the picture";
+  return "no ray hits the surface";
+}
+
+void render_surface(const RenderCommand& command, const CommonOptions& common, const std::optional<Device>& opened) {
   RenderOptions options;
   options.shades = shades_named(command.shades.value_or("phong"));
   options.samples = command.samples.value_or(2);
   options.range = range_in(command.range);
   const Surface surface = load_surface(command.surface);
   options.camera = camera_of(command, naming(command.surface, [&] { return surface.bounds(); }));
-  const Device device = open(command.device, common);
+  const Device device = opened ? *opened : open(command.device, common);
   const Interrogator query = prepare(device, surface, command.surface, common);
+  if (!command.eye) options.camera = fitted_camera(query, options.camera, fit_of(command));
+
+  std::string reason;
+  options.nothing = [&] { return reason = why_nothing(surface, options.camera); };
 
   const Stopwatch watch;
   Image image;
@@ -84,6 +123,7 @@ void render_surface(const RenderCommand& command, const CommonOptions& common) {
   }
   const double seconds = watch.seconds();
   save_png(image, command.output);
+  if (!reason.empty()) fmt::print(stderr, "smurf: nothing to see in {}: {}\n", command.output.string(), reason);
   const std::size_t rays = std::size_t(image.width) * std::size_t(image.height);
   const auto samples = std::size_t(options.samples);
   report(device, common, "rays", rays * samples * samples, seconds);
@@ -134,13 +174,13 @@ void render_lines(const RenderCommand& command, const CommonOptions& common) {
 
 }  // namespace
 
-void run_render(const RenderCommand& command, const CommonOptions& common) {
+void run_render(const RenderCommand& command, const CommonOptions& common, const std::optional<Device>& opened) {
   check_output(command.output, {".png"});
   if (command.seeds) return render_lines(command, common);
   if (is_vector_field(command.surface))
     throw Error(ErrorCode::usage, fmt::format("{}: a vector field is drawn by lines: --seeds tells where they begin",
                                               command.surface.string()));
-  render_surface(command, common);
+  render_surface(command, common, opened);
 }
 
 }  // namespace smurf

@@ -55,6 +55,8 @@ class SurfaceDefinition {
   bool has_coordinates() const { return !coordinate_names().empty(); }
   virtual std::size_t parts() const { return 1; }  // how many there are, of kinds with coordinates
   virtual std::vector<Fact> facts() const = 0;
+  // Why there is no surface at all, where that is known beforehand; else empty.
+  virtual std::string why_empty() const { return {}; }
   // What devices ask of rays beyond finite numbers, a direction and t_min <= t_max, for messages: ", and ...".
   virtual std::string_view ray_limits() const { return {}; }
   // For kinds that can tell more of roots than their device code does, which is asked about hits that it flags

@@ -8,49 +8,13 @@
 #include <cstddef>
 #include <string>
 
-#include "techniques/font.hpp"
+#include "techniques/canvas.hpp"
 
 namespace smurf {
 
 namespace {
 
 constexpr int tick_count = 5;
-constexpr glm::vec3 ink{0.10f, 0.11f, 0.13f};  // display colours here, for they are laid over the finished image
-constexpr glm::vec3 paper{1.0f, 1.0f, 1.0f};
-
-class Canvas {
- public:
-  explicit Canvas(Image& image) : image_(image) {}
-
-  void blend(int x, int y, const glm::vec3& colour, float opacity) {
-    if (x < 0 || y < 0 || x >= image_.width || y >= image_.height) return;
-    std::uint8_t* pixel = &image_.rgba[(std::size_t(y) * std::size_t(image_.width) + std::size_t(x)) * 4];
-    for (int c = 0; c < 3; c++) {
-      const float mixed = glm::mix(float(pixel[c]), 255 * colour[c], opacity);
-      pixel[c] = std::uint8_t(std::lround(std::clamp(mixed, 0.0f, 255.0f)));
-    }
-  }
-
-  void fill(int x, int y, int width, int height, const glm::vec3& colour, float opacity = 1) {
-    for (int j = 0; j < height; j++) {
-      for (int i = 0; i < width; i++) blend(x + i, y + j, colour, opacity);
-    }
-  }
-
-  void text(int x, int y, std::string_view characters, int dot) {
-    for (const char character : characters) {
-      for (int row = 0; row < glyph_height; row++) {
-        for (int column = 0; column < glyph_width; column++) {
-          if (glyph_dot(character, column, row)) fill(x + column * dot, y + row * dot, dot, dot, ink);
-        }
-      }
-      x += glyph_advance * dot;
-    }
-  }
-
- private:
-  Image& image_;
-};
 
 }  // namespace
 
@@ -82,16 +46,16 @@ void draw_legend(Image& image, const ColourMap& map, const ValueScale& scale, st
 
   Canvas canvas(image);
   const int left = image.width - width - gap, top = gap;
-  canvas.fill(left, top, width, height, paper, 0.7f);
+  canvas.fill(left, top, width, height, canvas_paper, 0.7f);
   canvas.text(left + gap, top + gap, title, dot);
   const int bar_left = left + gap, bar_top = top + gap + glyph_height * dot + gap;
-  canvas.fill(bar_left - dot, bar_top - dot, bar_width + 2 * dot, bar_height + 2 * dot, ink);
+  canvas.fill(bar_left - dot, bar_top - dot, bar_width + 2 * dot, bar_height + 2 * dot, canvas_ink);
   for (int y = 0; y < bar_height; y++) {
     canvas.fill(bar_left, bar_top + y, bar_width, 1, to_display(map(1 - double(y) / (bar_height - 1))));
   }
   for (int i = 0; i < tick_count; i++) {
     const int y = bar_top + (bar_height - 1) * (tick_count - 1 - i) / (tick_count - 1);
-    canvas.fill(bar_left + bar_width, y - dot / 2, tick + dot, dot, ink);
+    canvas.fill(bar_left + bar_width, y - dot / 2, tick + dot, dot, canvas_ink);
     canvas.text(bar_left + bar_width + tick + 4 * dot, y - glyph_height * dot / 2, labels[std::size_t(i)], dot);
   }
 }

@@ -2,6 +2,10 @@
 #pragma once
 
 #include <glm/glm.hpp>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
 
 #include "smurf/rays.hpp"
 #include "smurf/surface.hpp"
@@ -47,5 +51,31 @@ class Projection {
 
 // Looks at the whole of the bounds: eye = centre + 1.6·diagonal·normalize(0.2, -1, 0.4), up z, 45 degrees.
 Camera fitted_camera(const Bounds& bounds, int width, int height);
+
+std::vector<glm::vec3> corners_of(const Bounds& bounds);  // eight
+
+// Sides to look from. Front is the side of -y, or of z where up lies within 45 degrees of the y axis; right is the side
+// to the right of who looks from the front. `usual` is from the front, a little from the right and from above: of
+// up = z along (0.2, -1, 0.4). `iso` is along (1, -1, 1). From the top and from the bottom, up in the picture points
+// away from the front, or to it.
+enum class View { usual, front, back, left, right, top, bottom, iso };
+View view_named(std::string_view name);  // throws Error (usage), which names those that there are
+
+// Looks at the centre of the bounds from that side; the corners of the bounds fill the picture.
+// Throws Error (input) when up is zero or not finite.
+Camera camera_from(View view, const glm::dvec3& up, const Bounds& bounds, int width, int height);
+
+enum class Fit {
+  eye_and_target,  // moves both, in the same direction of view: the nearest place from which all points are seen
+  eye              // moves the eye towards look_at or away from it
+};
+// The camera with its eye moved so that the points fill the picture, but for a margin of a twentieth. Of points that
+// are all one the camera stays as it is, and with none. Parallel projections keep their height where only the eye moves.
+// Throws as Camera::rays() does.
+Camera fitted_to(const Camera& camera, std::span<const glm::vec3> points, Fit fit = Fit::eye_and_target);
+
+// What `up` has to be replaced by, because it is parallel to the view (within 1e-6): the axis z, or y where the view is
+// along z. None where it may stay.
+std::optional<glm::dvec3> replacement_of_up(const Camera& camera);
 
 }  // namespace smurf

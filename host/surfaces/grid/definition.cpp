@@ -55,4 +55,12 @@ std::vector<Fact> GridIsosurface::facts() const {
   return facts;
 }
 
+std::string GridIsosurface::why_empty() const {
+  // Cubic reconstructions overshoot the samples, by less than their range.
+  const double least = volume.minimum(), greatest = volume.maximum();
+  const double slack = reconstruction == Reconstruction::trilinear ? 0 : greatest - least;
+  if (isovalue >= least - slack && isovalue <= greatest + slack) return {};
+  return fmt::format("the isovalue {:g} is outside of the data's range, {:g} to {:g}", isovalue, least, greatest);
+}
+
 }  // namespace smurf

@@ -12,6 +12,7 @@ class GridIsosurface : public SurfaceDefinition {
   Bounds bounds() const override;
   std::uint32_t properties() const override;
   std::vector<Fact> facts() const override;
+  std::string why_empty() const override;
 
   const Volume volume;
   const double isovalue;
