@@ -52,6 +52,8 @@ HitList Interrogator::cast(const RayBatch& rays, const CastOptions& options) con
     throw Error(ErrorCode::usage,
                 "normal curvature needs a direction per hit: ask the hit list for normal_curvatures(directions)");
   }
+  if (only_counts(options.hits) && options.properties != 0)
+    throw Error(ErrorCode::usage, "a cast for any hit or for counts keeps no hits, so that it has no properties");
   HitList hits;
   queries_->cast(rays, options, hits);
   hits.queries_ = queries_;

@@ -128,7 +128,12 @@ void CommandLine::declare_query(CLI::App& app) {
   verb->add_option("--rays", cast.rays, "Rays: columns ox,oy,oz,dx,dy,dz and optionally tmin,tmax")
       ->type_name("RAYS.csv")
       ->required();
-  verb->add_option("--hits", cast.hits, "all or first")->check(CLI::IsMember({"all", "first"}))->capture_default_str();
+  verb->add_option(
+          "--hits", cast.hits,
+          "all or first; any: of each ray whether it has a hit; count: how many (ray,hit or ray,count, and how "
+          "many of them are tangent or unresolved)")
+      ->check(CLI::IsMember({"all", "first", "any", "count"}))
+      ->capture_default_str();
   verb->add_option("--properties", cast.properties, "Of value,normal,gauss,mean,principal,directions,parameters")
       ->type_name("LIST");
   add_device(verb, cast.device);

@@ -72,7 +72,9 @@ struct SurfaceCoordinates {
   float u = 0, v = 0;
 };
 
-enum class Hits { first, all };
+// What a cast tells of each ray. `any`: whether it has a hit, whichever is found; `count`: how many it has: both keep no
+// rows, and answer by HitList::counts() and flagged().
+enum class Hits { first, all, any, count };
 enum class BadRays { flag, error };  // flag: the ray has no hits and RayStatus::invalid; error: the call throws
 
 struct CastOptions {
@@ -96,9 +98,10 @@ class SurfaceQueries;  // internal: a surface on one device
 
 // Per ray the sorted hits, as compressed rows: the hits of ray i are offsets()[i] .. offsets()[i+1]-1.
 // Properties are evaluated on the device when first asked for and kept.
+// Of Hits::any and Hits::count there are no rows and no offsets, but counts.
 class HitList {
  public:
-  std::size_t ray_count() const { return offsets_.empty() ? 0 : offsets_.size() - 1; }
+  std::size_t ray_count() const { return ray_status_.size(); }
   std::size_t size() const { return t_.size(); }
   std::span<const std::uint64_t> offsets() const { return offsets_; }
   std::span<const std::uint32_t> rays() const { return rays_; }  // per hit, the index of its ray
@@ -107,6 +110,12 @@ class HitList {
   // Half the width of the enclosure in t: the root, or all roots of a cluster, lie in t ± uncertainty.
   std::span<const float> uncertainty() const { return uncertainty_; }
   std::span<const RayStatus> ray_status() const { return ray_status_; }
+  // Per ray. Hits::count: the number of hits, the same as Hits::all has rows. Hits::any: 1 where there is a hit, else 0.
+  // Invalid rays have 0. None for other casts.
+  std::span<const std::uint32_t> counts() const { return counts_; }
+  // How many of those counted are `tangent` or `unresolved`, after all that was done to resolve them. Hits::any: 1 where
+  // the ray has such hits only, so that it is not known to have one.
+  std::span<const std::uint32_t> flagged() const { return flagged_; }
   std::span<const glm::vec3> locations() const { return locations_; }
   // One per hit; none for kinds without surface coordinates.
   std::span<const SurfaceCoordinates> coordinates() const { return coordinates_; }
@@ -127,6 +136,7 @@ class HitList {
   std::shared_ptr<SurfaceQueries> queries_;
   Values<std::uint64_t> offsets_;
   Values<RayStatus> ray_status_;
+  Values<std::uint32_t> counts_, flagged_;
 #define HIT_COLUMN(name, type, names, place) Values<type> name##_;
 #include "smurf/hit_columns.def"
   mutable PointProperties properties_;

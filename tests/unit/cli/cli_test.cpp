@@ -138,6 +138,16 @@ TEST_P(CliOnDevice, FirstHitsAreTheFirstOfAllHits) {
   EXPECT_NEAR(first.number(1, "t"), all.number(2, "t"), 1e-5);
 }
 
+TEST_P(CliOnDevice, AnyAndNumberOfHits) {
+  for (const std::string which : {"any", "count"}) {
+    const Outcome outcome = run("cast " + in("ball.json") + " --hits " + which + " --rays " + in("rays.csv") +
+                                on_device() + "-o " + in(which + ".csv"));
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+  }
+  EXPECT_EQ(text_of(file("any.csv")), "ray,hit,flagged\n0,1,0\n1,1,0\n2,0,0\n");
+  EXPECT_EQ(text_of(file("count.csv")), "ray,count,flagged\n0,2,0\n1,2,0\n2,0,0\n");
+}
+
 TEST_P(CliOnDevice, NumbersReadBackToTheSameFloat) {
   // The hits, cast again as rays from themselves, print the same digits: writing and reading lose nothing.
   ASSERT_EQ(run("cast " + in("ball.json") + " --rays " + in("rays.csv") + on_device() + "-o " + in("hits.csv")).code,
@@ -343,6 +353,8 @@ TEST_F(Cli, RefusesWrongUsage) {
   expect_refused(cast, {"--output"});
   expect_refused("cast " + in("ball.json") + " -o " + in("hits.csv"), {"--rays"});
   expect_refused(cast + " --hits some -o " + in("hits.csv"), {"--hits"});
+  expect_refused(cast + " --hits count --properties normal -o " + in("hits.csv"), {"--hits count", "--properties"});
+  expect_refused(cast + " --hits any -o " + in("hits.vtp"), {"hits.vtp", ".csv"});
   expect_refused(cast + " --no-such-option -o " + in("hits.csv"), {"--no-such-option"});
   expect_refused(cast + " --lanes 3 -o " + in("hits.csv"), {"--lanes"});
   expect_refused(cast + " -o " + in("hits.txt"), {"hits.txt", ".csv"});
