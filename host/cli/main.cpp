@@ -146,8 +146,8 @@ void CommandLine::declare_query(CLI::App& app) {
       ->type_name("POINTS.csv")
       ->required();
   verb->add_option("--properties", probe.properties,
-                   "Of value,normal,gauss,mean,principal,directions,parameters; by default normal,gauss,mean, of level "
-                   "sets value, of others parameters")
+                   "Of value,normal,gauss,mean,principal,directions,parameters,location,distance,inside; by default "
+                   "normal,gauss,mean, of level sets value, of others parameters")
       ->type_name("LIST");
   add_device(verb, probe.device);
   add_output(verb, probe.output, "OUT.csv", "One row per point; .vtp in place of .csv writes VTK XML");

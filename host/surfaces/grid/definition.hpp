@@ -12,6 +12,7 @@ class GridIsosurface : public SurfaceDefinition {
   Bounds bounds() const override;
   std::uint32_t properties() const override;
   std::vector<Fact> facts() const override;
+  std::optional<InsideOfLevel> inside_of_level() const override { return InsideOfLevel{isovalue, true}; }
 
   const Volume volume;
   const double isovalue;
