@@ -51,6 +51,15 @@ struct TraceCommand {
   DeviceChoice device;
 };
 
+struct LinesCommand {
+  std::filesystem::path surface, points, output;
+  int principal = 1;
+  double length = 0;
+  bool both = false;
+  std::optional<double> step;
+  DeviceChoice device;
+};
+
 struct ExportCommand {
   std::filesystem::path surface, output;
   DeviceChoice device;
@@ -85,6 +94,7 @@ void run_info(const InfoOptions& options, const CommonOptions& common);
 void run_cast(const CastCommand& command, const CommonOptions& common);
 void run_probe(const ProbeCommand& command, const CommonOptions& common);
 void run_trace(const TraceCommand& command, const CommonOptions& common);
+void run_lines(const LinesCommand& command, const CommonOptions& common);
 void run_export(const ExportCommand& command, const CommonOptions& common);
 void run_render(const RenderCommand& command, const CommonOptions& common);
 void run_compare(const CompareCommand& command, const CommonOptions& common);

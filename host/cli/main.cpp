@@ -42,6 +42,7 @@ struct CommandLine {
   CastCommand cast;
   ProbeCommand probe;
   TraceCommand trace;
+  LinesCommand lines;
   ExportCommand export_mesh;
   RenderCommand render;
   CompareCommand compare;
@@ -52,6 +53,7 @@ struct CommandLine {
   void declare_inform(CLI::App& app);
   void declare_query(CLI::App& app);
   void declare_trace(CLI::App& app);
+  void declare_lines(CLI::App& app);
   void declare_export(CLI::App& app);
   void declare_render(CLI::App& app);
   void declare_compare(CLI::App& app);
@@ -104,6 +106,7 @@ void CommandLine::declare(CLI::App& app) {
   declare_inform(app);
   declare_query(app);
   declare_trace(app);
+  declare_lines(app);
   declare_export(app);
   declare_render(app);
   declare_compare(app);
@@ -184,6 +187,25 @@ void CommandLine::declare_trace(CLI::App& app) {
   add_output(verb, trace.output, "LINES.csv",
              "One row per position; .vtp in place of .csv writes polylines as VTK XML");
   chosen(verb, [this] { run_trace(trace, common); });
+}
+
+void CommandLine::declare_lines(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("lines", "Lines of curvature on a surface");
+  add_surface(verb, lines.surface);
+  verb->add_option("--points", lines.points, "Where lines begin: columns x,y,z, next to the surface")
+      ->type_name("POINTS.csv")
+      ->required();
+  verb->add_option("--principal", lines.principal, "1: along the direction of k1, 2: of k2")
+      ->check(CLI::IsMember({1, 2}))
+      ->capture_default_str();
+  verb->add_option("--length", lines.length, "Of a line; with --both to each side")->type_name("L")->required();
+  verb->add_flag("--both", lines.both, "To both sides, in one line");
+  verb->add_option("--step", lines.step, "The longest step; by default a 400th of the diagonal of the bounds")
+      ->type_name("H");
+  add_device(verb, lines.device);
+  add_output(verb, lines.output, "LINES.csv",
+             "One row per step: line,step,status,x,y,z,k1,k2,arc; .vtp in place of .csv writes polylines as VTK XML");
+  chosen(verb, [this] { run_lines(lines, common); });
 }
 
 void CommandLine::declare_export(CLI::App& app) {

@@ -4,6 +4,7 @@
 #include "smurf/black_box.hpp"
 #include "smurf/camera.hpp"
 #include "smurf/compare.hpp"
+#include "smurf/curvature_lines.hpp"
 #include "smurf/device.hpp"
 #include "smurf/error.hpp"
 #include "smurf/flow.hpp"
