@@ -25,5 +25,7 @@ void add(const std::string& name, const SetUp& set_up);
 void add_streamlines();
 // W5: stream surfaces (stream_surfaces.cpp).
 void add_stream_surfaces();
+// W10: neighbours on surfaces (walks.cpp).
+void add_walks();
 
 }  // namespace smurf::bench

@@ -378,6 +378,7 @@ int main(int argc, char** argv) {
     add_vertices();
     add_streamlines();
     add_stream_surfaces();
+    add_walks();
     const Catalogue list = catalogue();
     for (const Workload& workload : list.workloads) {
       for (int size : workload.sizes) {

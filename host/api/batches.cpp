@@ -13,6 +13,7 @@
 #include "api/properties.hpp"
 #include "api/resolve_hits.hpp"
 #include "api/rows.hpp"
+#include "api/walk.hpp"
 #include "device/executor.hpp"
 #include "kernels/layout/codes.inc"
 #include "kernels/layout/slots.inc"
@@ -148,6 +149,10 @@ class DeviceQueries final : public SurfaceQueries {
     properties_->measure(*surface_, points, wanted, options, out);
   }
 
+  void walk(const WalkStart& start, const WalkOptions& options, const WalkSink& sink) override {
+    walks_->walk(*surface_, model_->kind(), start, options, sink);
+  }
+
   void update(const std::shared_ptr<const SurfaceDefinition>& model) override {
     model_ = model;
     hits_seen_ = 0;
@@ -175,6 +180,7 @@ class DeviceQueries final : public SurfaceQueries {
     };
     find_hits_ = program(KernelId::find_hits, "0");
     properties_.emplace(executor_, *surface_, coordinates_);
+    walks_.emplace(executor_, *surface_, coordinates_);
     rows_.emplace(executor_, coordinates_);
     if (surface_->room_words() > 0) finish_hits_ = program(KernelId::finish_hits, "0");
     if (surface_->polishes()) polish_hits_ = program(KernelId::polish_hits, "0");
@@ -443,6 +449,7 @@ class DeviceQueries final : public SurfaceQueries {
   Program find_hits_, finish_hits_, polish_hits_, count_blocks_, count_flagged_, list_open_;
   std::optional<RowWriter> rows_;
   std::optional<PropertyMeasurement> properties_;
+  std::optional<WalkSteps> walks_;
 
   std::unique_ptr<DeviceBuffer> shared_rays_;
   TypedBuffer<float> tile_rays_;

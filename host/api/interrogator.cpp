@@ -25,6 +25,8 @@ void require_answerable(std::uint32_t wanted) {
     throw Error(ErrorCode::usage, fmt::format("unknown property bits {:#x}", wanted & ~all_properties));
 }
 
+float diagonal_of(const Bounds& bounds) { return glm::distance(glm::vec3(bounds.lower), glm::vec3(bounds.upper)); }
+
 }  // namespace
 
 std::string_view name_of(HitStatus status) {
@@ -47,6 +49,7 @@ Interrogator::Interrogator(const Device& device, const Surface& surface, const P
   auto queries = device.is_reference() ? interrogate_by_reference(surface.model())
                                        : interrogate_on_device(device, surface.share(), options);
   parts_ = surface.model().has_coordinates() ? surface.model().parts() : 0;
+  diagonal_ = diagonal_of(surface.model().bounds());
   queries_ = recorded(std::move(queries), std::string(surface.kind()), device);
   space_ = std::make_shared<SpaceQueries>(*queries_, surface.share());
 }
@@ -62,6 +65,7 @@ HitList Interrogator::cast(const RayBatch& rays, const CastOptions& options) con
   HitList hits;
   queries_->cast(rays, options, hits);
   hits.queries_ = queries_;
+  hits.diagonal_ = diagonal_;
   return hits;
 }
 
@@ -114,6 +118,7 @@ void Interrogator::update(const Surface& surface) {
   queries_->update(surface.share());
   space_ = std::make_shared<SpaceQueries>(*queries_, surface.share());
   parts_ = surface.model().has_coordinates() ? surface.model().parts() : 0;
+  diagonal_ = diagonal_of(surface.model().bounds());
 }
 
 std::size_t Interrogator::device_bytes() const { return queries_->device_bytes(); }

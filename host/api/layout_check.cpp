@@ -17,6 +17,11 @@ static_assert(int(HitStatus::isolated) == STATUS_ISOLATED && int(HitStatus::tang
               int(HitStatus::unresolved) == STATUS_UNRESOLVED && int(HitStatus::bracketed) == STATUS_BRACKETED &&
               int(HitStatus::sampled) == STATUS_SAMPLED);
 static_assert(int(RayStatus::ok) == RAY_STATUS_OK && int(RayStatus::invalid) == RAY_STATUS_INVALID);
+static_assert(int(WalkStatus::start) == WALK_START && int(WalkStatus::reached) == WALK_REACHED &&
+              int(WalkStatus::crease) == WALK_CREASE && int(WalkStatus::boundary) == WALK_BOUNDARY &&
+              int(WalkStatus::unreachable) == WALK_UNREACHABLE && int(WalkStatus::undefined) == WALK_UNDEFINED &&
+              int(WalkStatus::unresolved) == WALK_UNRESOLVED && int(WalkStatus::off_surface) == WALK_OFF_SURFACE &&
+              int(WalkStatus::no_direction) == WALK_NO_DIRECTION && int(WalkStatus::invalid) == WALK_INVALID);
 static_assert(umbilic == POINT_UMBILIC && boundary == POINT_BOUNDARY && undefined == POINT_UNDEFINED &&
               crease == POINT_CREASE && singular == POINT_SINGULAR);
 static_assert(int(Property::value) == PROPERTY_VALUE && int(Property::normal) == PROPERTY_NORMAL &&

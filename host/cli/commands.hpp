@@ -43,6 +43,14 @@ struct ProbeCommand {
   DeviceChoice device;
 };
 
+struct WalkCommand {
+  std::filesystem::path surface, points, output;
+  double distance = 0;
+  std::int64_t steps = 1;
+  std::optional<double> tolerance;
+  DeviceChoice device;
+};
+
 struct TraceCommand {
   std::filesystem::path field, seeds, output;
   std::string integrator = "dormand-prince";
@@ -93,6 +101,7 @@ void run_devices();
 void run_info(const InfoOptions& options, const CommonOptions& common);
 void run_cast(const CastCommand& command, const CommonOptions& common);
 void run_probe(const ProbeCommand& command, const CommonOptions& common);
+void run_walk(const WalkCommand& command, const CommonOptions& common);
 void run_trace(const TraceCommand& command, const CommonOptions& common);
 void run_lines(const LinesCommand& command, const CommonOptions& common);
 void run_export(const ExportCommand& command, const CommonOptions& common);

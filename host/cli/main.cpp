@@ -41,6 +41,7 @@ struct CommandLine {
   InfoOptions info;
   CastCommand cast;
   ProbeCommand probe;
+  WalkCommand walk;
   TraceCommand trace;
   LinesCommand lines;
   ExportCommand export_mesh;
@@ -52,6 +53,7 @@ struct CommandLine {
   void declare(CLI::App& app);
   void declare_inform(CLI::App& app);
   void declare_query(CLI::App& app);
+  void declare_walk(CLI::App& app);
   void declare_trace(CLI::App& app);
   void declare_lines(CLI::App& app);
   void declare_export(CLI::App& app);
@@ -105,6 +107,7 @@ void CommandLine::declare(CLI::App& app) {
   app.add_flag("--quiet", common.quiet, "No progress");
   declare_inform(app);
   declare_query(app);
+  declare_walk(app);
   declare_trace(app);
   declare_lines(app);
   declare_export(app);
@@ -155,6 +158,25 @@ void CommandLine::declare_query(CLI::App& app) {
   add_device(verb, probe.device);
   add_output(verb, probe.output, "OUT.csv", "One row per point; .vtp in place of .csv writes VTK XML");
   chosen(verb, [this] { run_probe(probe, common); });
+}
+
+void CommandLine::declare_walk(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("walk", "Paths on a surface: points at a distance, step by step");
+  add_surface(verb, walk.surface);
+  verb->add_option("--points", walk.points, "Where paths begin, and which way: columns x,y,z,dx,dy,dz")
+      ->type_name("POINTS.csv")
+      ->required();
+  verb->add_option("--distance", walk.distance, "The chord of each step, in the data's units")
+      ->type_name("R")
+      ->required();
+  verb->add_option("--steps", walk.steps, "Steps of each path")->type_name("N")->capture_default_str();
+  verb->add_option("--tolerance", walk.tolerance,
+                   "How far points may be from the surface, which they are moved onto; by default a thousandth of the "
+                   "surface's extent")
+      ->type_name("E");
+  add_device(verb, walk.device);
+  add_output(verb, walk.output, "PATHS.csv", "One row per step; .vtp in place of .csv writes polylines as VTK XML");
+  chosen(verb, [this] { run_walk(walk, common); });
 }
 
 void CommandLine::declare_trace(CLI::App& app) {

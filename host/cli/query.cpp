@@ -1,7 +1,6 @@
 // The verbs `cast` and `probe`: from a table of rays or points to a table of results.
 #include <fmt/format.h>
 
-#include <fstream>
 #include <numeric>
 #include <string>
 #include <string_view>
@@ -22,20 +21,6 @@
 namespace smurf {
 
 namespace {
-
-// The line, counted from 1, of a row of a CSV file, counted from 0. Readers pass over blank lines; the first
-// other line is the header.
-std::size_t line_of_row(const std::filesystem::path& file, std::size_t row) {
-  std::ifstream stream(file);
-  std::string text;
-  std::size_t line = 0;
-  for (std::size_t seen = 0; std::getline(stream, text);) {
-    line++;
-    if (text.find_first_not_of(" \t\r") == std::string::npos) continue;
-    if (seen++ == row + 1) break;
-  }
-  return line;
-}
 
 void refuse_bad_rays(const Surface& surface, const HitList& hits, const RayBatch& rays,
                      const std::filesystem::path& file) {

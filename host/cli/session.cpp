@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdio>
+#include <fstream>
 #include <string>
 #include <system_error>
 
@@ -83,6 +84,18 @@ std::string bytes_text(std::size_t bytes) {
     unit++;
   }
   return unit == 0 ? fmt::format("{} bytes", bytes) : fmt::format("{:.1f} {}", amount, units[unit]);
+}
+
+std::size_t line_of_row(const std::filesystem::path& file, std::size_t row) {
+  std::ifstream stream(file);
+  std::string text;
+  std::size_t line = 0;
+  for (std::size_t seen = 0; std::getline(stream, text);) {
+    line++;
+    if (text.find_first_not_of(" \t\r") == std::string::npos) continue;
+    if (seen++ == row + 1) break;
+  }
+  return line;
 }
 
 }  // namespace smurf

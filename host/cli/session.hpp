@@ -43,6 +43,10 @@ void check_output(const std::filesystem::path& file, std::initializer_list<std::
 // The extension in small letters.
 std::string extension_of(const std::filesystem::path& file);
 
+// The line, counted from 1, of a row of a CSV file, counted from 0. Readers pass over blank lines; the first other line
+// is the header.
+std::size_t line_of_row(const std::filesystem::path& file, std::size_t row);
+
 class Stopwatch {
  public:
   double seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }

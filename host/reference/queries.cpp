@@ -164,6 +164,60 @@ void ReferenceQueries::measure(const PointSet& set, std::uint32_t wanted, const 
   out.measured |= wanted;
 }
 
+ReferenceWalker ReferenceSurface::begin_walk(const glm::dvec3&, const SurfaceCoordinates*, const glm::dvec3&,
+                                             double) const {
+  throw Error(ErrorCode::usage, "surfaces of this kind cannot be walked on yet by the reference");
+}
+
+ReferenceWalker ReferenceSurface::neighbor(const ReferenceWalker&, double) const {
+  throw Error(ErrorCode::usage, "surfaces of this kind cannot be walked on yet by the reference");
+}
+
+void ReferenceQueries::walk(const WalkStart& start, const WalkOptions& options, const WalkSink& sink) {
+  const PointSet& set = start.points;
+  std::size_t done = 0;
+  const std::size_t size = set.locations.size();
+  for_tiles(size, options.tile, {}, [&](std::size_t begin, std::size_t end) {
+    const std::size_t count = end - begin;
+    std::vector<ReferenceWalker> walkers(count);
+    Values<glm::vec3> locations(count), normals(count), directions(count);
+    Values<SurfaceCoordinates> coordinates(count);
+    Values<float> chords(count);
+    Values<WalkStatus> status(count);
+    const auto one = [&](std::size_t i, int step) {
+      const std::size_t point = begin + i;
+      ReferenceWalker& walker = walkers[i];
+      const float distance = start.distances[start.distances.size() == 1 ? 0 : point];
+      if (step == 0) {
+        const bool sane = is_finite(set.locations[point]) && is_finite(set.directions[point]);
+        if (sane)
+          walker = surface_->begin_walk(glm::dvec3(set.locations[point]),
+                                        set.coordinates.empty() ? nullptr : &set.coordinates[point],
+                                        glm::dvec3(set.directions[point]), double(options.tolerance));
+        else walker = {.location = glm::dvec3(set.locations[point]), .status = WalkStatus::invalid};
+      } else if (goes_on(walker.status)) {
+        if (std::isfinite(distance) && distance > 0) walker = surface_->neighbor(walker, double(distance));
+        else walker.status = WalkStatus::invalid, walker.chord = 0;
+      }
+      locations[i] = glm::vec3(walker.location);
+      normals[i] = walker.normal == glm::dvec3(0.0) ? glm::vec3(nan) : glm::vec3(walker.normal);
+      directions[i] = walker.direction == glm::dvec3(0.0) ? glm::vec3(nan) : glm::vec3(walker.direction);
+      coordinates[i] = {walker.part, float(walker.u), float(walker.v)};
+      chords[i] = float(walker.chord);
+      status[i] = walker.status;
+    };
+    for (int step = 0; step <= start.steps; step++) {
+      parallel_for((count + chunk - 1) / chunk, [&](std::size_t c) {
+        for (std::size_t i = c * chunk; i < std::min(count, (c + 1) * chunk); i++) one(i, step);
+      });
+      if (step == 0 && !start.tell_start) continue;
+      sink({begin, step, locations, normals, directions, coordinates, chords, status});
+      if (step > 0) done += count;
+      if (options.progress && step > 0) options.progress(done, size * std::size_t(start.steps));
+    }
+  });
+}
+
 void ReferenceQueries::update(const std::shared_ptr<const SurfaceDefinition>& model) {
   std::shared_ptr<const ReferenceSurface> next = surface_->updated(*model);
   surface_ = next ? std::move(next) : refer(*model);

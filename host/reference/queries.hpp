@@ -18,6 +18,7 @@ class ReferenceQueries : public SurfaceQueries {
   void cast(const RayBatch& rays, const CastOptions& options, HitList& hits) override;
   void measure(const PointSet& points, std::uint32_t wanted, const ProbeOptions& options,
                PointProperties& out) override;
+  void walk(const WalkStart& start, const WalkOptions& options, const WalkSink& sink) override;
   void update(const std::shared_ptr<const SurfaceDefinition>& model) override;
   std::size_t device_bytes() const override { return surface_->bytes(); }
 

@@ -53,6 +53,27 @@ void put_borders(Words& words, std::size_t at, const PatchTopology& topology, st
   }
 }
 
+// What each side meets, as PIECE_ACROSS has it; by four times the piece plus the side.
+std::vector<std::int32_t> sides_across(const PatchTopology& topology) {
+  const auto runs_along = [](std::size_t side) { return side % 4 == 1 || side % 4 == 2; };
+  std::vector<std::int32_t> across(4 * topology.pieces.size(), -1);
+  std::vector<std::size_t> first(topology.edges, across.size());
+  for (std::size_t side = 0; side < across.size(); side++) {
+    const PieceBorders& borders = topology.pieces[side / 4];
+    const std::uint32_t edge = borders.edges[side % 4];
+    if (edge == no_edge) continue;
+    const std::size_t other = first[edge];
+    if (other == across.size()) {
+      first[edge] = side;
+      continue;
+    }
+    const bool reversed = (runs_along(side) == runs_along(other)) != borders.turned[side % 4];
+    across[side] = std::int32_t(2 * other + (reversed ? 1 : 0));
+    across[other] = std::int32_t(2 * side + (reversed ? 1 : 0));
+  }
+  return across;
+}
+
 }  // namespace
 
 PatchForm::PatchForm(const Bounds& bounds) : frame_(frame_of(bounds)) {}
@@ -60,8 +81,10 @@ PatchForm::PatchForm(const Bounds& bounds) : frame_(frame_of(bounds)) {}
 void PatchForm::add_pieces(const PieceSource& source, const PatchTopology& topology,
                            const std::vector<PatchLeaf>& leaves, std::span<const ParameterBox> more) {
   Words records(pieces);
+  const std::vector<std::int32_t> across = sides_across(topology);
   for (std::size_t piece = 0; piece < source.size(); piece++) {
     const std::size_t at = records.add(PIECE_WORDS);
+    for (std::size_t i = 0; i < 4; i++) records.put(at + PIECE_ACROSS + i, across[4 * piece + i]);
     const ParameterBox range = source.range(piece);
     records.put(at + PIECE_LOWER_U, float(range.lower.x));
     records.put(at + PIECE_LOWER_V, float(range.lower.y));
@@ -81,6 +104,7 @@ void PatchForm::add_pieces(const PieceSource& source, const PatchTopology& topol
       records.put(at + PIECE_EDGES + i, std::int32_t(-1));
       records.put(at + PIECE_VERTICES + i, std::int32_t(-1));
       records.put(at + PIECE_SIDE_POLES + i, std::int32_t(-1));
+      records.put(at + PIECE_ACROSS + i, std::int32_t(-1));
     }
   }
   for (const PatchLeaf& leaf : leaves) {
@@ -97,6 +121,25 @@ void PatchForm::add_pieces(const PieceSource& source, const PatchTopology& topol
     const glm::dmat3& s = pole.shape;
     records.put(at + POLE_SHAPE, glm::dvec3(s[0][0], s[1][1], s[2][2]));
     records.put(at + POLE_SHAPE + 3, glm::dvec3(s[0][1], s[0][2], s[1][2]));
+  }
+  put_sides_of_poles(topology);
+}
+
+void PatchForm::put_sides_of_poles(const PatchTopology& topology) {
+  Words records(pieces);
+  std::vector<std::vector<std::int32_t>> sides(topology.poles.size());
+  for (std::size_t piece = 0; piece < topology.pieces.size(); piece++) {
+    for (std::size_t side = 0; side < 4; side++) {
+      const auto pole = std::int32_t(pieces[PIECE_WORDS * piece + PIECE_SIDE_POLES + side]);
+      if (pole >= 0) sides[std::size_t(pole)].push_back(std::int32_t(4 * piece + side));
+    }
+  }
+  for (std::size_t pole = 0; pole < sides.size(); pole++) {
+    const std::size_t at = poles_ + POLE_WORDS * pole;
+    std::size_t to = records.add(sides[pole].size());
+    records.put(at + POLE_SIDES, std::int32_t(to));
+    records.put(at + POLE_SIDE_COUNT, std::int32_t(sides[pole].size()));
+    for (const std::int32_t side : sides[pole]) records.put(to++, side);
   }
 }
 

@@ -4,7 +4,7 @@
 // Coordinates are relative to the middle of the surface and in a unit, a power of two, in which it is 1 to 2 in size:
 // floats then err by parts of the surface's size, wherever it lies.
 //
-// Device memory: about 125 bytes a leaf, 128 a piece, and the control points.
+// Device memory: about 125 bytes a leaf, 144 a piece, and the control points.
 #pragma once
 
 #include <bit>
@@ -79,6 +79,7 @@ class PatchForm {
 
  private:
   using WordBuffer = TypedBuffer<std::uint32_t>;
+  void put_sides_of_poles(const PatchTopology& topology);
   Bvh upload_leaves(Executor& executor, const std::vector<PatchLeaf>& leaves, const Bounds& bounds,
                     const std::function<double(const PatchLeaf&)>& more);
   double error_of(const PatchLeaf& leaf, double world) const;

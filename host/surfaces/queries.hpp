@@ -16,6 +16,26 @@ struct PointSet {
   std::span<const glm::vec3> directions = {};            // none, or one per point: for normal curvature
 };
 
+// Where a walk begins, and how far each step goes.
+struct WalkStart {
+  PointSet points;                   // with a direction each; with coordinates they are on the surface
+  std::span<const float> distances;  // one for all, or one per point
+  int steps = 1;
+  bool tell_start = true;  // step 0, too
+};
+
+// Points first .. first + status.size() - 1 after a step; 0 is the start.
+struct WalkedPoints {
+  std::size_t first = 0;
+  int step = 0;
+  std::span<const glm::vec3> locations, normals, directions;
+  std::span<const SurfaceCoordinates> coordinates;  // of kinds that have them, else without a meaning
+  std::span<const float> chords;
+  std::span<const WalkStatus> status;
+};
+// Takes points in tiles: all steps of one tile, in order, and then the next one's.
+using WalkSink = std::function<void(const WalkedPoints&)>;
+
 class SurfaceQueries {
  public:
   virtual ~SurfaceQueries() = default;
@@ -24,6 +44,9 @@ class SurfaceQueries {
   // Adds the columns in `wanted` to `out`, and the status.
   virtual void measure(const PointSet& points, std::uint32_t wanted, const ProbeOptions& options,
                        PointProperties& out) = 0;
+  // All steps of all points; those of paths that have ended are told again, as they ended. The options' tolerance is a
+  // length, and numbers are checked by the caller.
+  virtual void walk(const WalkStart& start, const WalkOptions& options, const WalkSink& sink) = 0;
   virtual void update(const std::shared_ptr<const SurfaceDefinition>& definition) = 0;
   virtual std::size_t device_bytes() const = 0;
 };

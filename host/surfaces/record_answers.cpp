@@ -121,6 +121,17 @@ class RecordedQueries final : public SurfaceQueries {
     record(points, wanted, out);
   }
 
+  void walk(const WalkStart& start, const WalkOptions& options, const WalkSink& sink) override {
+    queries_->walk(start, options, [&](const WalkedPoints& walked) {
+      Bytes bytes;
+      bytes.add(walked.locations);
+      bytes.add(walked.status);
+      write_line(fmt::format("{}: step {} of a walk from points {} on, {} = {}\n", who_, walked.step, walked.first,
+                             hash_of(start.points), bytes.hash()));
+      sink(walked);
+    });
+  }
+
   void update(const std::shared_ptr<const SurfaceDefinition>& model) override { queries_->update(model); }
   std::size_t device_bytes() const override { return queries_->device_bytes(); }
 

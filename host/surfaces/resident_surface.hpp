@@ -27,6 +27,8 @@ class ResidentSurface {
   virtual std::size_t bytes() const = 0;
   // Called before properties are measured: what only they need may be made now.
   virtual void prepare_properties() {}
+  // Called before walks: the same. Kinds that can be walked on name a module "walk" (kernels/walk/point.inc).
+  virtual void prepare_walks() {}
   // Kinds whose search leaves rays open, and finishes them apart (kernels/batch/finish_hits.inc): words of room that
   // the finishing takes for each hit; 0 for others.
   virtual int room_words() const { return 0; }

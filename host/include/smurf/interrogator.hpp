@@ -15,10 +15,12 @@
 #include <string_view>
 #include <vector>
 
+#include "smurf/coordinates.hpp"
 #include "smurf/device.hpp"
 #include "smurf/rays.hpp"
 #include "smurf/surface.hpp"
 #include "smurf/values.hpp"
+#include "smurf/walk.hpp"
 
 namespace smurf {
 
@@ -66,13 +68,6 @@ enum class Property : std::uint32_t {
 constexpr std::uint32_t operator|(Property a, Property b) { return std::uint32_t(a) | std::uint32_t(b); }
 constexpr std::uint32_t operator|(std::uint32_t a, Property b) { return a | std::uint32_t(b); }
 constexpr bool contains(std::uint32_t set, Property p) { return (set & std::uint32_t(p)) != 0; }
-
-// Where on the surface a point lies, for kinds that have coordinates. Meshes: `part` is the triangle, and the location
-// is (1-u-v)·a + u·b + v·c of its corners.
-struct SurfaceCoordinates {
-  std::uint32_t part = 0;
-  float u = 0, v = 0;
-};
 
 // What a cast tells of each ray. `any`: whether it has a hit, whichever is found; `count`: how many it has: both keep no
 // rows, and answer by HitList::counts() and flagged().
@@ -141,10 +136,15 @@ class HitList {
   std::span<const std::uint32_t> point_status() const;                           // PointStatus bits
   const PointProperties& properties(std::uint32_t wanted) const;                 // several at once
 
+  // From each hit in its direction, over a distance for all (smurf/walk.hpp). Throws Error (usage) where the number of
+  // directions is not that of hits, and for distances that are not positive.
+  Neighbors neighbors(std::span<const glm::vec3> directions, float distance, const WalkOptions& options = {}) const;
+
  private:
   friend class Interrogator;
   friend struct HitColumns;  // internal: host/surfaces/hit_columns.hpp
   std::shared_ptr<SurfaceQueries> queries_;
+  float diagonal_ = 0;  // of the surface's bounds
   Values<std::uint64_t> offsets_;
   Values<RayStatus> ray_status_;
   Values<std::uint32_t> counts_, flagged_;
@@ -185,6 +185,19 @@ class Interrogator {
   PointProperties properties_at(std::span<const SurfaceCoordinates> places, std::uint32_t properties,
                                 const ProbeOptions& options = {}) const;
 
+  // From each point in its direction, over one distance for all, or one for each point (smurf/walk.hpp). Throws Error
+  // (usage) where numbers of points, directions and distances do not go together, for a distance for all that is not
+  // positive, and for kinds that the device cannot walk on.
+  Neighbors neighbors(std::span<const glm::vec3> points, std::span<const glm::vec3> directions,
+                      std::span<const float> distances, const WalkOptions& options = {}) const;
+  Neighbors neighbors(std::span<const glm::vec3> points, std::span<const glm::vec3> directions, float distance,
+                      const WalkOptions& options = {}) const;
+
+  // As many steps from each point, each over the same distance, with the direction carried along. The same errors;
+  // there must be a step at least.
+  Paths walk(std::span<const glm::vec3> points, std::span<const glm::vec3> directions, float distance,
+             std::uint32_t steps, const WalkOptions& options = {}) const;
+
   // Another surface over the same field: only what depends on the isovalue is rebuilt. Hit lists made
   // before keep answering for the surface that they were cast on only as to what they already hold.
   void update(const Surface& surface);
@@ -196,6 +209,7 @@ class Interrogator {
   std::shared_ptr<SurfaceQueries> queries_;
   std::shared_ptr<SpaceQueries> space_;
   std::size_t parts_ = 0;  // of kinds with surface coordinates
+  float diagonal_ = 0;     // of the surface's bounds
 };
 
 // Properties at all vertices of a mesh, one after the other, made anew by each call: normals weighted by the triangles'

@@ -4,6 +4,7 @@
 #include "smurf/black_box.hpp"
 #include "smurf/camera.hpp"
 #include "smurf/compare.hpp"
+#include "smurf/coordinates.hpp"
 #include "smurf/curvature_lines.hpp"
 #include "smurf/device.hpp"
 #include "smurf/error.hpp"
@@ -19,3 +20,4 @@
 #include "smurf/stream_export.hpp"
 #include "smurf/surface.hpp"
 #include "smurf/volume.hpp"
+#include "smurf/walk.hpp"

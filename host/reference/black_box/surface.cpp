@@ -15,6 +15,7 @@
 
 #include "reference/implicit/function_on_ray.hpp"
 #include "reference/surface.hpp"
+#include "reference/walk/level_set.hpp"
 #include "smurf/error.hpp"
 
 namespace smurf {
@@ -76,11 +77,29 @@ class BlackBoxReference : public ReferenceSurface {
     return {f, level_set_frame(gradient, hessian, 1, flat / surface_.diagonal())};
   }
 
+  ReferenceWalker begin_walk(const glm::dvec3& point, const SurfaceCoordinates*, const glm::dvec3& direction,
+                             double tolerance) const override {
+    return smurf::begin_walk(level_set(), *this, point, direction, tolerance);
+  }
+
+  ReferenceWalker neighbor(const ReferenceWalker& from, double distance) const override {
+    return step_of_walk(level_set(), *this, from, distance);
+  }
+
   std::size_t bytes() const override { return sizeof *this; }
 
   std::shared_ptr<const ReferenceSurface> updated(const SurfaceDefinition&) const override { return nullptr; }
 
  private:
+  LevelSet level_set() const {
+    return {[this](const glm::dvec3& p) -> std::optional<double> {
+              if (!is_within(surface_.domain, p)) return std::nullopt;
+              const double f = value(p);
+              return std::isfinite(f) ? f - surface_.options.level : nan;
+            },
+            surface_.options.step};
+  }
+
   double value(const glm::dvec3& point) const { return surface_.function.value(point); }
 
   // 0 counts as positive.

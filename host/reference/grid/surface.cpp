@@ -7,6 +7,7 @@
 #include "reference/grid/field.hpp"
 #include "reference/grid/roots.hpp"
 #include "reference/surface.hpp"
+#include "reference/walk/level_set.hpp"
 
 namespace smurf {
 namespace {
@@ -34,6 +35,15 @@ class GridReference : public ReferenceSurface {
     return {field.value(point).value_or(std::numeric_limits<double>::quiet_NaN()), undefined_frame()};
   }
 
+  ReferenceWalker begin_walk(const glm::dvec3& point, const SurfaceCoordinates*, const glm::dvec3& direction,
+                             double tolerance) const override {
+    return smurf::begin_walk(level_set(), *this, point, direction, tolerance);
+  }
+
+  ReferenceWalker neighbor(const ReferenceWalker& from, double distance) const override {
+    return step_of_walk(level_set(), *this, from, distance);
+  }
+
   std::size_t bytes() const override { return roots_.field()->bytes(); }
 
   std::shared_ptr<const ReferenceSurface> updated(const SurfaceDefinition& model) const override {
@@ -47,6 +57,19 @@ class GridReference : public ReferenceSurface {
   }
 
  private:
+  LevelSet level_set() const {
+    const GridField& field = *roots_.field();
+    return {
+        [&field, level = roots_.isovalue()](const glm::dvec3& p) -> std::optional<double> {
+          const glm::dvec3 index = field.to_index(p), last(field.size() - 1);
+          constexpr double outside = 1e-6;  // of a cell: the field's own allowance
+          if (glm::any(glm::lessThan(index, glm::dvec3(-outside))) || glm::any(glm::greaterThan(index, last + outside)))
+            return std::nullopt;
+          return field.value(p).value_or(std::numeric_limits<double>::quiet_NaN()) - level;
+        },
+        0.25 * field.shortest_step()};
+  }
+
   Volume volume_;  // kept, so that another volume cannot take its address
   Reconstruction reconstruction_;
   RayRoots roots_;

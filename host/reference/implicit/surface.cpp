@@ -14,6 +14,7 @@
 #include "reference/implicit/function_on_ray.hpp"
 #include "reference/implicit/roots.hpp"
 #include "reference/surface.hpp"
+#include "reference/walk/level_set.hpp"
 
 namespace smurf {
 namespace {
@@ -78,6 +79,15 @@ class ImplicitReference : public ReferenceSurface {
     return {jet[0], frame};
   }
 
+  ReferenceWalker begin_walk(const glm::dvec3& point, const SurfaceCoordinates*, const glm::dvec3& direction,
+                             double tolerance) const override {
+    return smurf::begin_walk(level_set(), *this, point, direction, tolerance);
+  }
+
+  ReferenceWalker neighbor(const ReferenceWalker& from, double distance) const override {
+    return step_of_walk(level_set(), *this, from, distance);
+  }
+
   std::size_t bytes() const override { return roots_.bytes() + jets_->bytes() + sides_->bytes(); }
 
   std::shared_ptr<const ReferenceSurface> updated(const SurfaceDefinition& model) const override {
@@ -87,6 +97,16 @@ class ImplicitReference : public ReferenceSurface {
   }
 
  private:
+  LevelSet level_set() const {
+    const Domain& domain = roots_.domain();
+    return {[this, &domain, level = roots_.level()](const glm::dvec3& p) -> std::optional<double> {
+              if (!is_within(domain, p)) return std::nullopt;
+              const double f = (*jets_)(p)[0];
+              return std::isfinite(f) ? f - level : nan;
+            },
+            glm::length(domain.upper - domain.lower) / 200};
+  }
+
   FunctionRoots roots_;  // keeps the function, so that another cannot take its address
   std::shared_ptr<const JetEvaluator> jets_;
   std::shared_ptr<const SidesOfGradient> sides_;

@@ -6,6 +6,7 @@
 #include "reference/parametric/crossings.hpp"
 #include "reference/parametric/properties.hpp"
 #include "reference/surface.hpp"
+#include "reference/walk/parametric_charts.hpp"
 #include "surfaces/kinds.hpp"
 #include "surfaces/parametric/definition.hpp"
 
@@ -22,7 +23,8 @@ class ParametricReference : public ReferenceSurface {
         extent_(extent_of(surface.bounds())),
         borders_(facets_, surface, extent_),
         crossings_(facets_, cells_, borders_, extent_),
-        properties_(facets_, cells_, borders_, extent_) {}
+        properties_(facets_, cells_, borders_, extent_),
+        charts_(facets_, borders_, extent_) {}
 
   bool has_coordinates() const override { return true; }
 
@@ -44,6 +46,31 @@ class ParametricReference : public ReferenceSurface {
             facets_[place.facet]->at(place.u, place.v, 0).s};
   }
 
+  ReferenceWalker begin_walk(const glm::dvec3& point, const SurfaceCoordinates* coordinates,
+                             const glm::dvec3& direction, double tolerance) const override {
+    ParametricPlace place;
+    const bool found = coordinates ? properties_.locate(coordinates->part, coordinates->u, coordinates->v, place)
+                                   : properties_.nearest(point, place);
+    if (!found) return {.location = point, .status = WalkStatus::off_surface};
+    const glm::dvec3 normal = properties_.measure(place).normal;
+    ReferenceWalker walker =
+        walk_start(point, facets_[place.facet]->at(place.u, place.v, 0).s, normal, direction, tolerance);
+    walker.part = facets_[place.facet]->part;
+    walker.u = place.u;
+    walker.v = place.v;
+    return walker;
+  }
+
+  ReferenceWalker neighbor(const ReferenceWalker& from, double distance) const override {
+    ParametricPlace place;
+    if (!properties_.locate(from.part, from.u, from.v, place))
+      return {.location = from.location, .status = WalkStatus::undefined};
+    SectionEnd end = follow_section(charts_, section_start(from, distance), {place.facet, {place.u, place.v}});
+    place = {end.part, end.u, end.v};
+    end.part = facets_[place.facet]->part;
+    return walk_end(from, end, properties_.measure(place).normal);
+  }
+
   std::size_t bytes() const override { return cells_.bytes() + facets_.size() * sizeof(ReferenceFacet); }
   std::shared_ptr<const ReferenceSurface> updated(const SurfaceDefinition&) const override { return nullptr; }
 
@@ -59,6 +86,7 @@ class ParametricReference : public ReferenceSurface {
   ReferenceBorders borders_;
   ReferenceCrossings crossings_;
   ReferenceProperties properties_;
+  ParametricCharts charts_;
 };
 
 }  // namespace

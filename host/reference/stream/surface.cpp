@@ -10,6 +10,7 @@
 #include "reference/stream/map.hpp"
 #include "reference/stream/samples.hpp"
 #include "reference/surface.hpp"
+#include "reference/walk/stream_charts.hpp"
 #include "surfaces/kinds.hpp"
 #include "surfaces/stream/definition.hpp"
 
@@ -23,7 +24,8 @@ constexpr double singular_sine = 1e-9;  // of the angle of x_u and x_τ
 
 class StreamReference : public ReferenceSurface {
  public:
-  explicit StreamReference(const StreamSurface& surface) : map_(surface), samples_(map_), crossings_(map_, samples_) {}
+  explicit StreamReference(const StreamSurface& surface)
+      : map_(surface), samples_(map_), crossings_(map_, samples_), charts_(map_, samples_) {}
 
   bool has_coordinates() const override { return true; }
 
@@ -38,6 +40,27 @@ class StreamReference : public ReferenceSurface {
     if (!found) return {nan, undefined_frame()};
     const ReferenceStreamMap::Jet jet = map_.jet(map_.stretches()[place.stretch], place.u, place.time);
     return {nan, frame_of(jet), {0, float(place.u), float(place.time)}, jet.x};
+  }
+
+  ReferenceWalker begin_walk(const dvec3& point, const SurfaceCoordinates* coordinates, const dvec3& direction,
+                             double tolerance) const override {
+    Place place;
+    const bool found = coordinates ? locate(coordinates->u, coordinates->v, place) : nearest(point, place);
+    if (!found) return {.location = point, .status = WalkStatus::off_surface};
+    const ReferenceStreamMap::Jet jet = map_.jet(map_.stretches()[place.stretch], place.u, place.time);
+    ReferenceWalker walker = walk_start(point, jet.x, frame_of(jet).normal, direction, tolerance);
+    walker.u = place.u;
+    walker.v = place.time;
+    return walker;
+  }
+
+  ReferenceWalker neighbor(const ReferenceWalker& from, double distance) const override {
+    Place place;
+    if (!locate(from.u, from.v, place)) return {.location = from.location, .status = WalkStatus::undefined};
+    SectionEnd end = follow_section(charts_, section_start(from, distance), {place.stretch, {place.u, place.time}});
+    const ReferenceStreamMap::Jet jet = map_.jet(map_.stretches()[end.part], end.u, end.v);
+    end.part = 0;
+    return walk_end(from, end, frame_of(jet).normal);
   }
 
   std::size_t bytes() const override { return samples_.bytes(); }
@@ -187,6 +210,7 @@ class StreamReference : public ReferenceSurface {
   ReferenceStreamMap map_;
   StreamSamples samples_;
   StreamCrossings crossings_;
+  StreamCharts charts_;
 };
 
 }  // namespace

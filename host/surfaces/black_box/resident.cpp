@@ -55,6 +55,8 @@ class ResidentBlackBox final : public ResidentSurface {
   ResidentBlackBox(const BlackBoxSurface& surface, Executor& executor)
       : source_(surface.function.source), order_(surface.options.difference_order) {
     modules_["surface"] = kernel_source("black_box/surface.inc");
+    modules_["walk"] = kernel_source("walk/section.inc");
+    modules_["section"] = kernel_source("black_box/section.inc");
     modules_["black_box"] = fmt::format("#line 1\n{}\n#line {}\n", source_, first_line_behind);
     defines_["DIFFERENCE_ORDER"] = fmt::format("{}", order_);
     compile(surface.function.name, executor);

@@ -133,6 +133,8 @@ class ResidentGridIsosurface final : public ResidentSurface {
     const bool cubic = reconstruction_ != Reconstruction::trilinear;
     const bool native = native_on_device(volume_.type()) && reconstruction_ != Reconstruction::tricubic;
     modules_["surface"] = kernel_source("grid/surface.inc");
+    modules_["walk"] = kernel_source("walk/section.inc");
+    modules_["section"] = kernel_source("grid/section.inc");
     modules_["cells"] = kernel_source("grid/cells.inc");
     modules_["field"] = kernel_source(cubic ? "grid/cubic.inc" : "grid/trilinear.inc");
     if (cubic)

@@ -228,6 +228,8 @@ class ResidentImplicit final : public ResidentSurface {
   ResidentImplicit(const ImplicitSurface& surface, Executor& executor)
       : domain_(surface.domain), grid_(domain_, most_cells), function_(surface.function) {
     modules_["surface"] = kernel_source("implicit/surface.inc");
+    modules_["walk"] = kernel_source("walk/section.inc");
+    modules_["section"] = kernel_source("implicit/section.inc");
     modules_["expression"] = expression_source(*function_);
     Graph with_differences = function_->graph;
     const Creases creases(with_differences, function_->value);

@@ -2,7 +2,7 @@
 //
 // Device memory: 12 bytes a triangle and 12 a vertex for the mesh, and for the hierarchy with its leaves about 26 a
 // triangle (bunny00). Once properties have been asked for, 64 a vertex more; while they are made, about 120 a vertex on
-// top.
+// top. Once walks have been asked for, 12 a triangle.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,6 +15,7 @@
 #include "surfaces/kinds.hpp"
 #include "surfaces/mesh/definition.hpp"
 #include "surfaces/mesh/hierarchy.hpp"
+#include "surfaces/mesh/neighbors.hpp"
 #include "surfaces/mesh/rings.hpp"
 #include "surfaces/mesh/vertices.hpp"
 #include "surfaces/resident_surface.hpp"
@@ -28,6 +29,7 @@ class ResidentMesh final : public ResidentSurface {
       : executor_(executor), mesh_(surface.mesh), unit_(mesh_unit(surface.mesh)) {
     const MeshHierarchy hierarchy = build_hierarchy(surface.mesh, unit_, surface.spatial_splits, options.progress);
     modules_["surface"] = kernel_source("mesh/surface.inc");
+    modules_["walk"] = kernel_source("mesh/walk.inc");
     defines_["BVH_STACK"] = fmt::format("{}", std::max(64u, std::bit_ceil(unsigned(hierarchy.stack))));
     defines_["MESH_SPLITS"] = surface.spatial_splits ? "1" : "0";
     upload(executor, hierarchy.nodes, nodes_, "hierarchy of a mesh");
@@ -55,19 +57,20 @@ class ResidentMesh final : public ResidentSurface {
   const std::map<std::string, std::string>& defines() const override { return defines_; }
   bool flags_hits() const override { return false; }
   BufferGroup buffers() const override {
-    return {{"uniforms", uniforms_.get()},
-            {"nodes", nodes_.get()},
-            {"triangles", triangles_.get()},
-            {"vertices", vertices_.get()},
-            {"corners", corners_.get()}};
+    return {{"uniforms", uniforms_.get()}, {"nodes", nodes_.get()},     {"triangles", triangles_.get()},
+            {"vertices", vertices_.get()}, {"corners", corners_.get()}, {"neighbors", neighbors_.get()}};
   }
   std::size_t bytes() const override {
-    return nodes_.bytes() + triangles_.bytes() + vertices_.bytes() + corners_.bytes() + uniforms_.bytes();
+    return nodes_.bytes() + triangles_.bytes() + vertices_.bytes() + corners_.bytes() + neighbors_.bytes() +
+           uniforms_.bytes();
   }
 
   // Normals and curvature at the vertices (kernels/mesh/curvature.inc).
   void prepare_properties() override {
     if (!vertices_) vertices_ = make_vertices(executor_, mesh_, unit_);
+  }
+  void prepare_walks() override {
+    if (!neighbors_) upload(executor_, mesh_neighbors(mesh_), neighbors_, "neighbours of a mesh's faces");
   }
   bool update(const SurfaceDefinition&) override { return false; }
 
@@ -91,7 +94,7 @@ class ResidentMesh final : public ResidentSurface {
   const Mesh mesh_;
   const float unit_;
   std::map<std::string, std::string> modules_, defines_;
-  TypedBuffer<std::uint32_t> nodes_, vertices_, triangles_, corners_, uniforms_;
+  TypedBuffer<std::uint32_t> nodes_, vertices_, triangles_, corners_, neighbors_, uniforms_;
 };
 
 }  // namespace

@@ -36,6 +36,7 @@ class ResidentParametric final : public ResidentSurface {
     modules_["surface"] = kernel_source("patch/surface.inc");
     modules_["frame"] = kernel_source("patch/frame.inc");
     modules_["map"] = kernel_source("patch/no_map.inc");
+    modules_["walk"] = kernel_source("patch/walk.inc");
     defines_.merge(form_.defines());
   }
 
@@ -80,6 +81,7 @@ class ResidentParametric final : public ResidentSurface {
         "FN PatchShape shape_each(Surface surface, integer piece, real u, real v) { return expression_shape(u, v); }\n"
         "FN integer piece_of(Surface surface, Coordinates c) { return splat_integer(0); }\n";
     modules_["position"] = text;
+    defines_["WALK_PART"] = "0.0625f";  // expressions may be anything
   }
 
   void put_patches(const ParametricSurface& surface, const BezierSource& source) {

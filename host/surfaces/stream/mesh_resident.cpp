@@ -54,6 +54,9 @@ class ResidentStreamMesh final : public ResidentSurface {
     if (map_) map_->add_to(modules_, defines_);
     if (polishes_) modules_["polish"] = kernel_source("stream/polish.inc");
     modules_["map"] = kernel_source(map_ ? "stream/mesh_map.inc" : "patch/no_map.inc");
+    modules_["walk"] = kernel_source("patch/walk.inc");
+    defines_["WALK_PART"] = "0.5f";
+    defines_["WALK_NOTHING"] = "WALK_BOUNDARY";
     modules_["frame"] =
         kernel_source(integrates ? "stream/frame.inc" : (rough ? "stream/mesh_frame.inc" : "patch/frame.inc"));
   }
