@@ -15,6 +15,7 @@
 #include "api/rows.hpp"
 #include "api/walk.hpp"
 #include "device/executor.hpp"
+#include "kernels/layout/codes.inc"
 #include "kernels/layout/slots.inc"
 #include "smurf/error.hpp"
 #include "surfaces/hit_columns.hpp"
@@ -37,6 +38,20 @@ constexpr int room_of_open = 32;            // hits of an open ray to begin with
 constexpr std::size_t most_room = 1 << 24;  // words of room for open rays
 constexpr int tile_rows = 4;                // rows of pixels that kernels take together
 
+int search_code(Hits hits) {
+  switch (hits) {
+    case Hits::all:
+      return SEARCH_ALL;
+    case Hits::first:
+      return SEARCH_FIRST;
+    case Hits::any:
+      return SEARCH_ANY;
+    case Hits::count:
+      return SEARCH_COUNT;
+  }
+  throw std::logic_error("a cast that is asked for nothing");
+}
+
 }  // namespace
 
 class DeviceQueries final : public SurfaceQueries {
@@ -54,6 +69,7 @@ class DeviceQueries final : public SurfaceQueries {
 
   void cast(const RayBatch& rays, const CastOptions& options, HitList& hits) override {
     find(rays, options, hits);
+    if (only_counts(options.hits)) return count_flagged_rays(*this, rays, options, hits);
     if (rays.size() > 0) rows_per_ray_ = double(hits.size()) / double(rays.size());
     give_back_spare(hits);
     FlaggedHitResolver::resolve(
@@ -74,19 +90,20 @@ class DeviceQueries final : public SurfaceQueries {
 
   // The hits as the device sees them.
   void find(const RayBatch& rays, const CastOptions& options, HitList& hits) {
-    const bool first_only = options.hits == Hits::first;
+    const int wanted = search_code(options.hits);
+    const bool first_only = wanted == SEARCH_FIRST || wanted == SEARCH_ANY, bare = only_counts(options.hits);
     int capacity = first_only ? 1 : capacity_of_all;
     if (!first_only && hits_seen_ > 0) capacity = int(std::bit_ceil(unsigned(std::min(hits_seen_, most_remembered))));
     upload_shared(rays);
     HitColumns::clear(hits);
-    HitColumns::offsets(hits).reserve(rays.size() + 1);
+    HitColumns::offsets(hits).reserve(bare ? 0 : rays.size() + 1);
     // While the rows of one tile are written, the search in the next one is already queued: threads that wait for the
     // host are idle.
     Tile tile{};
     const auto search = [&](std::size_t first) {
       tile = next_tile(rays, first, options, capacity);
       upload_tile(rays, tile);
-      find_hits(tile, capacity, first_only);
+      find_hits(tile, capacity, wanted);
       count_blocks(tile);
     };
     const auto take_rows = [&] {
@@ -100,7 +117,7 @@ class DeviceQueries final : public SurfaceQueries {
     } const end_rows{*rows_};
     if (rays.size() > 0) search(0);
     while (tile.count > 0) {
-      const std::vector<BlockSum> blocks = finish_open(tile, capacity, first_only, read_blocks(tile));
+      const std::vector<BlockSum> blocks = finish_open(tile, capacity, wanted, read_blocks(tile));
       take_rows();
       if (options.bad_rays == BadRays::error) refuse_invalid(rays, blocks, tile);
       require_whole(blocks, tile);
@@ -112,7 +129,13 @@ class DeviceQueries final : public SurfaceQueries {
         continue;
       }
       if (!first_only) hits_seen_ = std::max({hits_seen_, most, 1});
-      rows_->begin(tile, {counts_.get(), slots_.get(), most, blocks, rays_in_block_}, rays.size(), rows_per_ray_, hits);
+      if (bare) {
+        take_counts(tile, capacity, hits);
+        if (options.progress) options.progress(tile.first + tile.count, rays.size());
+      } else {
+        rows_->begin(tile, {counts_.get(), slots_.get(), most, blocks, rays_in_block_}, rays.size(), rows_per_ray_,
+                     hits);
+      }
       const std::size_t next = tile.first + tile.count;
       tile.count = 0;
       if (next < rays.size()) search(next);
@@ -162,6 +185,7 @@ class DeviceQueries final : public SurfaceQueries {
     if (surface_->room_words() > 0) finish_hits_ = program(KernelId::finish_hits, "0");
     if (surface_->polishes()) polish_hits_ = program(KernelId::polish_hits, "0");
     count_blocks_ = {KernelId::count_blocks, {}, {}};
+    count_flagged_ = {KernelId::count_flagged, {}, {{"COORDINATES", coordinates_ ? "1" : "0"}}};
     list_open_ = {KernelId::list_open, {}, {}};
   }
 
@@ -206,7 +230,7 @@ class DeviceQueries final : public SurfaceQueries {
     tile.stride = tile.count;
   }
 
-  void find_hits(const Tile& tile, int capacity, bool first_only) {
+  void find_hits(const Tile& tile, int capacity, int wanted) {
     ensure(counts_, tile.count, "hit counts");
     const std::size_t columns = SLOT_COLUMNS_OF(coordinates_ ? 1u : 0u);
     ensure(slots_, std::size_t(capacity) * SLOT_STRIDE(tile.count, columns), "hit slots");
@@ -220,7 +244,7 @@ class DeviceQueries final : public SurfaceQueries {
                                 .stride = int(tile.stride),
                                 .image_width = tile.image_width,
                                 .capacity = capacity,
-                                .first_only = first_only},
+                                .wanted_hits = wanted},
            tile.count);
   }
 
@@ -242,9 +266,36 @@ class DeviceQueries final : public SurfaceQueries {
     return sums;
   }
 
+  // Appends how many hits the tile's rays have, and how many of them are flagged.
+  void take_counts(const Tile& tile, int capacity, HitList& hits) {
+    auto &totals = HitColumns::counts(hits), &flagged = HitColumns::flagged(hits);
+    auto& status = HitColumns::ray_status(hits);
+    const std::size_t before = totals.size();
+    totals.resize(before + tile.count);
+    flagged.resize(before + tile.count, 0);
+    status.resize(before + tile.count);
+    if (surface_->flags_hits()) {
+      ensure(flagged_, tile.count, "flagged hits");
+      launch(executor_, count_flagged_,
+             arguments::count_flagged{.counts = counts_.get(),
+                                      .slots = slots_.get(),
+                                      .flagged = flagged_.get(),
+                                      .count = int(tile.count),
+                                      .capacity = capacity},
+             tile.count);
+      flagged_.read(std::span(flagged).subspan(before));
+    }
+    std::vector<std::int32_t> counted(tile.count);
+    counts_.read(counted);
+    for (std::size_t i = 0; i < tile.count; i++) {
+      totals[before + i] = std::uint32_t(std::max(counted[i], 0));
+      status[before + i] = counted[i] == RAY_INVALID ? RayStatus::invalid : RayStatus::ok;
+    }
+  }
+
   // Finishes the rays that the search has left open, with as much room as they turn out to need; the sums of blocks as
   // they are then.
-  std::vector<BlockSum> finish_open(const Tile& tile, int capacity, bool first_only, std::vector<BlockSum> blocks) {
+  std::vector<BlockSum> finish_open(const Tile& tile, int capacity, int wanted, std::vector<BlockSum> blocks) {
     for (int room_hits = room_of_open;; room_hits *= 4) {
       std::vector<std::uint32_t> starts(blocks.size());
       std::size_t open = 0;
@@ -263,14 +314,14 @@ class DeviceQueries final : public SurfaceQueries {
                                   .count = int(tile.count),
                                   .block = rays_in_block_},
              blocks.size());
-      finish_listed(tile, capacity, first_only, open, room_hits);
+      finish_listed(tile, capacity, wanted, open, room_hits);
       count_blocks(tile);
       blocks = read_blocks(tile);
     }
   }
 
   // As many at a time as there is room for.
-  void finish_listed(const Tile& tile, int capacity, bool first_only, std::size_t open, int room_hits) {
+  void finish_listed(const Tile& tile, int capacity, int wanted, std::size_t open, int room_hits) {
     const std::size_t words = std::size_t(surface_->room_words()) * std::size_t(room_hits);
     if (words == 0) throw std::logic_error("a kind without room for open rays has left some");
     if (words > most_room)
@@ -297,7 +348,7 @@ class DeviceQueries final : public SurfaceQueries {
                                     .end = int(end),
                                     .room_words = surface_->room_words(),
                                     .room_hits = room_hits,
-                                    .first_only = first_only},
+                                    .wanted_hits = wanted},
              end - begin);
     }
   }
@@ -395,7 +446,7 @@ class DeviceQueries final : public SurfaceQueries {
   bool coordinates_;         // hits have surface coordinates
   int hits_seen_ = 0;        // most hits of a ray in batches of all hits; 0 before the first
   double rows_per_ray_ = 0;  // of the last batch
-  Program find_hits_, finish_hits_, polish_hits_, count_blocks_, list_open_;
+  Program find_hits_, finish_hits_, polish_hits_, count_blocks_, count_flagged_, list_open_;
   std::optional<RowWriter> rows_;
   std::optional<PropertyMeasurement> properties_;
   std::optional<WalkSteps> walks_;
@@ -405,7 +456,7 @@ class DeviceQueries final : public SurfaceQueries {
   TypedBuffer<std::int32_t> counts_;
   TypedBuffer<float> slots_;
   TypedBuffer<BlockSum> blocks_;
-  TypedBuffer<std::uint32_t> open_starts_, open_rays_, room_;
+  TypedBuffer<std::uint32_t> open_starts_, open_rays_, room_, flagged_;
 };
 
 std::unique_ptr<SurfaceQueries> interrogate_on_device(const Device& device,

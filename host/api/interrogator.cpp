@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "api/space_queries.hpp"
 #include "device/executor.hpp"
 #include "smurf/error.hpp"
 #include "surfaces/queries.hpp"
@@ -15,8 +16,11 @@ namespace {
 constexpr std::uint32_t all_properties = Property::value | Property::normal | Property::gauss | Property::mean |
                                          Property::principal | Property::directions | Property::normal_curvature |
                                          Property::parameters | Property::location;
+constexpr std::uint32_t of_space = Property::distance | Property::inside;
 
 void require_answerable(std::uint32_t wanted) {
+  if ((wanted & of_space) != 0)
+    throw Error(ErrorCode::usage, "distance and inside are told of points in space alone: ask for them by a probe");
   if ((wanted & ~all_properties) != 0)
     throw Error(ErrorCode::usage, fmt::format("unknown property bits {:#x}", wanted & ~all_properties));
 }
@@ -47,6 +51,7 @@ Interrogator::Interrogator(const Device& device, const Surface& surface, const P
   parts_ = surface.model().has_coordinates() ? surface.model().parts() : 0;
   diagonal_ = diagonal_of(surface.model().bounds());
   queries_ = recorded(std::move(queries), std::string(surface.kind()), device);
+  space_ = std::make_shared<SpaceQueries>(*queries_, surface.share());
 }
 
 HitList Interrogator::cast(const RayBatch& rays, const CastOptions& options) const {
@@ -55,6 +60,8 @@ HitList Interrogator::cast(const RayBatch& rays, const CastOptions& options) con
     throw Error(ErrorCode::usage,
                 "normal curvature needs a direction per hit: ask the hit list for normal_curvatures(directions)");
   }
+  if (only_counts(options.hits) && options.properties != 0)
+    throw Error(ErrorCode::usage, "a cast for any hit or for counts keeps no hits, so that it has no properties");
   HitList hits;
   queries_->cast(rays, options, hits);
   hits.queries_ = queries_;
@@ -64,6 +71,9 @@ HitList Interrogator::cast(const RayBatch& rays, const CastOptions& options) con
 
 PointProperties Interrogator::probe(std::span<const glm::vec3> points, std::uint32_t properties,
                                     const ProbeOptions& options) const {
+  const std::uint32_t asked = properties, spatial = properties & of_space;
+  space_->require_answerable(spatial);
+  properties = (properties & ~of_space) | space_->needed(spatial);
   require_answerable(properties);
   const bool directed = contains(properties, Property::normal_curvature);
   if (directed && options.directions.size() != points.size()) {
@@ -74,6 +84,8 @@ PointProperties Interrogator::probe(std::span<const glm::vec3> points, std::uint
   PointProperties out;
   queries_->measure({points, {}, directed ? options.directions : std::span<const glm::vec3>()}, properties, options,
                     out);
+  space_->answer(points, spatial, out);
+  out.measured |= asked;
   return out;
 }
 
@@ -104,6 +116,7 @@ PointProperties Interrogator::properties_at(std::span<const SurfaceCoordinates> 
 
 void Interrogator::update(const Surface& surface) {
   queries_->update(surface.share());
+  space_ = std::make_shared<SpaceQueries>(*queries_, surface.share());
   parts_ = surface.model().has_coordinates() ? surface.model().parts() : 0;
   diagonal_ = diagonal_of(surface.model().bounds());
 }

@@ -60,6 +60,15 @@ struct TraceCommand {
   DeviceChoice device;
 };
 
+struct LinesCommand {
+  std::filesystem::path surface, points, output;
+  int principal = 1;
+  double length = 0;
+  bool both = false;
+  std::optional<double> step;
+  DeviceChoice device;
+};
+
 struct ExportCommand {
   std::filesystem::path surface, output;
   DeviceChoice device;
@@ -103,6 +112,7 @@ void run_cast(const CastCommand& command, const CommonOptions& common);
 void run_probe(const ProbeCommand& command, const CommonOptions& common);
 void run_walk(const WalkCommand& command, const CommonOptions& common);
 void run_trace(const TraceCommand& command, const CommonOptions& common);
+void run_lines(const LinesCommand& command, const CommonOptions& common);
 void run_export(const ExportCommand& command, const CommonOptions& common);
 // `opened`: a device to use in place of the one that the command names.
 void run_render(const RenderCommand& command, const CommonOptions& common,

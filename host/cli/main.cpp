@@ -44,6 +44,7 @@ struct CommandLine {
   ProbeCommand probe;
   WalkCommand walk;
   TraceCommand trace;
+  LinesCommand lines;
   ExportCommand export_mesh;
   RenderCommand render;
   GalleryCommand gallery;
@@ -56,6 +57,7 @@ struct CommandLine {
   void declare_query(CLI::App& app);
   void declare_walk(CLI::App& app);
   void declare_trace(CLI::App& app);
+  void declare_lines(CLI::App& app);
   void declare_export(CLI::App& app);
   void declare_render(CLI::App& app);
   void declare_gallery(CLI::App& app);
@@ -110,6 +112,7 @@ void CommandLine::declare(CLI::App& app) {
   declare_query(app);
   declare_walk(app);
   declare_trace(app);
+  declare_lines(app);
   declare_export(app);
   declare_render(app);
   declare_gallery(app);
@@ -135,7 +138,12 @@ void CommandLine::declare_query(CLI::App& app) {
   verb->add_option("--rays", cast.rays, "Rays: columns ox,oy,oz,dx,dy,dz and optionally tmin,tmax")
       ->type_name("RAYS.csv")
       ->required();
-  verb->add_option("--hits", cast.hits, "all or first")->check(CLI::IsMember({"all", "first"}))->capture_default_str();
+  verb->add_option(
+          "--hits", cast.hits,
+          "all or first; any: of each ray whether it has a hit; count: how many (ray,hit or ray,count, and how "
+          "many of them are tangent or unresolved)")
+      ->check(CLI::IsMember({"all", "first", "any", "count"}))
+      ->capture_default_str();
   verb->add_option("--properties", cast.properties, "Of value,normal,gauss,mean,principal,directions,parameters")
       ->type_name("LIST");
   add_device(verb, cast.device);
@@ -148,8 +156,8 @@ void CommandLine::declare_query(CLI::App& app) {
       ->type_name("POINTS.csv")
       ->required();
   verb->add_option("--properties", probe.properties,
-                   "Of value,normal,gauss,mean,principal,directions,parameters; by default normal,gauss,mean, of level "
-                   "sets value, of others parameters")
+                   "Of value,normal,gauss,mean,principal,directions,parameters,location,distance,inside; by default "
+                   "normal,gauss,mean, of level sets value, of others parameters")
       ->type_name("LIST");
   add_device(verb, probe.device);
   add_output(verb, probe.output, "OUT.csv", "One row per point; .vtp in place of .csv writes VTK XML");
@@ -205,6 +213,25 @@ void CommandLine::declare_trace(CLI::App& app) {
   add_output(verb, trace.output, "LINES.csv",
              "One row per position; .vtp in place of .csv writes polylines as VTK XML");
   chosen(verb, [this] { run_trace(trace, common); });
+}
+
+void CommandLine::declare_lines(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("lines", "Lines of curvature on a surface");
+  add_surface(verb, lines.surface);
+  verb->add_option("--points", lines.points, "Where lines begin: columns x,y,z, next to the surface")
+      ->type_name("POINTS.csv")
+      ->required();
+  verb->add_option("--principal", lines.principal, "1: along the direction of k1, 2: of k2")
+      ->check(CLI::IsMember({1, 2}))
+      ->capture_default_str();
+  verb->add_option("--length", lines.length, "Of a line; with --both to each side")->type_name("L")->required();
+  verb->add_flag("--both", lines.both, "To both sides, in one line");
+  verb->add_option("--step", lines.step, "The longest step; by default a 400th of the diagonal of the bounds")
+      ->type_name("H");
+  add_device(verb, lines.device);
+  add_output(verb, lines.output, "LINES.csv",
+             "One row per step: line,step,status,x,y,z,k1,k2,arc; .vtp in place of .csv writes polylines as VTK XML");
+  chosen(verb, [this] { run_lines(lines, common); });
 }
 
 void CommandLine::declare_export(CLI::App& app) {

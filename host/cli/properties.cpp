@@ -23,10 +23,12 @@ constexpr NamedProperty named_properties[] = {
     {"gauss", Property::gauss},           {"mean", Property::mean},
     {"principal", Property::principal},   {"directions", Property::directions},
     {"parameters", Property::parameters}, {"location", Property::location},
+    {"distance", Property::distance},     {"inside", Property::inside},
 };
 
 std::string_view reason(Property property) {
   if (property == Property::parameters || property == Property::location) return ", which has no surface coordinates";
+  if (property == Property::inside) return ", which encloses nothing";
   if (property == Property::value) return ", which is no level set of a field";
   return "";
 }
@@ -105,6 +107,12 @@ void add_properties(Table& table, const std::vector<Property>& properties, const
         break;
       case Property::location:
         table.add({"px", "py", "pz"}, values.location);
+        break;
+      case Property::distance:
+        table.add("distance", values.distance);
+        break;
+      case Property::inside:
+        table.add("inside", values.inside);
         break;
       case Property::parameters:
         table.add(surface.model().coordinate_names(), values.coordinates);

@@ -1,6 +1,7 @@
 // The verbs `cast` and `probe`: from a table of rays or points to a table of results.
 #include <fmt/format.h>
 
+#include <numeric>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -65,6 +66,24 @@ Table table_of(const Surface& surface, const HitList& hits, const std::vector<Pr
   return table;
 }
 
+Hits hits_named(std::string_view name) {
+  if (name == "first") return Hits::first;
+  if (name == "any") return Hits::any;
+  if (name == "count") return Hits::count;
+  return Hits::all;
+}
+
+// A row per ray.
+void write_counts(const HitList& hits, std::string_view name, const std::filesystem::path& file) {
+  std::vector<std::uint32_t> rays(hits.ray_count());
+  std::iota(rays.begin(), rays.end(), 0u);
+  Table table;
+  table.add("ray", rays);
+  table.add(name, hits.counts());
+  table.add("flagged", hits.flagged());
+  write_table(table, file);
+}
+
 // What `probe` tells unless it is asked for something else.
 std::string usual(const Surface& surface) {
   return surface.model().has_coordinates() ? "normal,gauss,mean,parameters" : "value,normal,gauss,mean";
@@ -73,9 +92,19 @@ std::string usual(const Surface& surface) {
 }  // namespace
 
 void run_cast(const CastCommand& command, const CommonOptions& common) {
-  check_output(command.output, {".csv", ".vtp"});
+  const Hits wanted = hits_named(command.hits);
+  const bool counts = wanted == Hits::any || wanted == Hits::count;
+  if (counts) {
+    check_output(command.output, {".csv"});
+  } else {
+    check_output(command.output, {".csv", ".vtp"});
+  }
   const Surface surface = load_surface(command.surface);
   const std::vector<Property> properties = properties_named(command.properties, surface);
+  if (counts && !properties.empty())
+    throw Error(ErrorCode::usage, fmt::format("--hits {} keeps no hits, so that --properties has nothing to measure; "
+                                              "ask for all or first",
+                                              command.hits));
   const RayBatch rays = read_rays(command.rays);
   const Device device = open(command.device, common);
   const Interrogator query = prepare(device, surface, command.surface, common);
@@ -84,12 +113,14 @@ void run_cast(const CastCommand& command, const CommonOptions& common) {
   HitList hits;
   {
     Progress progress("casting rays", common.quiet);
-    hits = query.cast(rays, {.hits = command.hits == "first" ? Hits::first : Hits::all,
-                             .properties = bits_of(properties),
-                             .progress = progress.callback()});
+    hits = query.cast(rays, {.hits = wanted, .properties = bits_of(properties), .progress = progress.callback()});
   }
   const double seconds = watch.seconds();
   refuse_bad_rays(surface, hits, rays, command.rays);
+  if (counts) {
+    write_counts(hits, wanted == Hits::any ? "hit" : "count", command.output);
+    return report(device, common, "rays", rays.size(), seconds);
+  }
   std::vector<std::string_view> status;
   write_table(table_of(surface, hits, properties, status), command.output);
   report(device, common, "rays", rays.size(), seconds);

@@ -229,6 +229,15 @@ std::string argument_types(const Program& program, const Bindings& bindings, Lan
   return text;
 }
 
+// kernels/entries/<name>.cl, or that in a folder there.
+std::string entry_file(std::string_view kernel) {
+  const std::string end = fmt::format("/{}.cl", kernel);
+  for (const EmbeddedSource& source : embedded_sources()) {
+    if (source.name.starts_with("kernels/entries/") && source.name.ends_with(end)) return std::string(source.name);
+  }
+  return "kernels/entries" + end;
+}
+
 }  // namespace
 
 std::string assemble(const Program& program, Language language, int lanes, int work_group) {
@@ -236,7 +245,7 @@ std::string assemble(const Program& program, Language language, int lanes, int w
   const bool glsl = language == Language::glsl;
   const bool in_lanes = !glsl && spec.shape == KernelShape::lanes;
   const std::string prelude = glsl ? "shaders/prelude.glsl" : "kernels/prelude.cl";
-  const std::string entry = fmt::format("kernels/entries/{}.cl", spec.name);
+  const std::string entry = entry_file(spec.name);
   const Bindings bindings = bindings_of(program);
 
   Assembler assembler(program);

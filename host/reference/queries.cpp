@@ -49,7 +49,10 @@ const char* fault_of(const Ray& ray) {
 
 void ReferenceQueries::cast(const RayBatch& rays, const CastOptions& options, HitList& hits) {
   HitColumns::clear(hits);
+  const bool bare = only_counts(options.hits);
   auto& ray_status = HitColumns::ray_status(hits);
+  auto &counts = HitColumns::counts(hits), &flagged = HitColumns::flagged(hits);
+  if (bare) HitColumns::offsets(hits).clear();
   ray_status.assign(rays.size(), RayStatus::ok);
   for (std::size_t i = 0; i < rays.size(); i++) {
     const char* fault = fault_of(rays[i]);
@@ -65,11 +68,20 @@ void ReferenceQueries::cast(const RayBatch& rays, const CastOptions& options, Hi
       for (std::size_t i = begin + c * chunk; i < std::min(end, begin + (c + 1) * chunk); i++) {
         if (ray_status[i] != RayStatus::ok) continue;
         std::vector<ReferenceHit>& row = found[i - begin];
-        surface_->roots(in_double(rays[i]), options.hits == Hits::first, row);
+        surface_->roots(in_double(rays[i]), options.hits == Hits::first || options.hits == Hits::any, row);
         if (options.hits == Hits::first && row.size() > 1) row.erase(row.begin() + 1, row.end());
       }
     });
-    for (std::size_t i = begin; i < end; i++) {
+    for (std::size_t i = begin; bare && i < end; i++) {
+      const std::vector<ReferenceHit>& row = found[i - begin];
+      const bool any = options.hits == Hits::any;
+      const auto open = std::size_t(std::ranges::count_if(row, [](const ReferenceHit& hit) {
+        return hit.status == HitStatus::tangent || hit.status == HitStatus::unresolved;
+      }));
+      counts.push_back(std::uint32_t(any ? std::min<std::size_t>(row.size(), 1) : row.size()));
+      flagged.push_back(std::uint32_t(any && open < row.size() ? 0 : open));
+    }
+    for (std::size_t i = begin; !bare && i < end; i++) {
       const ReferenceRay ray = in_double(rays[i]);
       for (const ReferenceHit& hit : found[i - begin]) {
         const double t = std::clamp(hit.t, ray.t_min, ray.t_max);
@@ -87,6 +99,7 @@ void ReferenceQueries::cast(const RayBatch& rays, const CastOptions& options, Hi
     }
   });
 
+  if (bare) return count_flagged_rays(*this, rays, options, hits);
   if (options.properties != 0)
     measure({hits.locations(), hits.coordinates(), {}}, options.properties, {}, HitColumns::properties(hits));
 }

@@ -20,6 +20,8 @@ struct HitColumns {
 #include "smurf/hit_columns.def"
   static auto& offsets(auto& hits) { return hits.offsets_; }
   static auto& ray_status(auto& hits) { return hits.ray_status_; }
+  static auto& counts(auto& hits) { return hits.counts_; }
+  static auto& flagged(auto& hits) { return hits.flagged_; }
   static PointProperties& properties(HitList& hits) { return hits.properties_; }
 
   // Whether a column has rows; of kinds without surface coordinates that of coordinates has none.
@@ -50,6 +52,8 @@ struct HitColumns {
     each(hits, true, [](auto& column, auto) { column.clear(); });
     hits.offsets_.assign(1, 0);
     hits.ray_status_.clear();
+    hits.counts_.clear();
+    hits.flagged_.clear();
     hits.properties_ = {};
     hits.principal_.clear();
   }

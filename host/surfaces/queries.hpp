@@ -51,6 +51,13 @@ class SurfaceQueries {
   virtual std::size_t device_bytes() const = 0;
 };
 
+// Whether a cast tells numbers alone and keeps no rows.
+constexpr bool only_counts(Hits hits) { return hits == Hits::any || hits == Hits::count; }
+
+// The last stage of such a cast: rays on which hits are flagged are cast again for all hits, so that what is told is
+// what Hits::all has on them. They are few, as a rule.
+void count_flagged_rays(SurfaceQueries& queries, const RayBatch& rays, const CastOptions& options, HitList& hits);
+
 // By the stages of a batch on the device's executor (host/api/batches.cpp).
 std::unique_ptr<SurfaceQueries> interrogate_on_device(const Device& device,
                                                       const std::shared_ptr<const SurfaceDefinition>& definition,

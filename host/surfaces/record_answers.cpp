@@ -40,6 +40,11 @@ std::string hash_of(const RayBatch& rays, const CastOptions& options) {
   return bytes.hash();
 }
 
+std::string_view word_of(Hits hits) {
+  constexpr std::string_view words[] = {"first", "all", "any", "number of"};
+  return words[std::size_t(hits)];
+}
+
 std::string hash_of(const PointSet& points) {
   Bytes bytes;
   bytes.add(points.locations);
@@ -52,6 +57,10 @@ std::string hash_of(const HitList& hits) {
   Bytes bytes;
   bytes.add(hits.offsets());
   bytes.add(hits.ray_status());
+  if (!hits.counts().empty()) {
+    bytes.add(hits.counts());
+    bytes.add(hits.flagged());
+  }
 #define HIT_COLUMN(name, type, names, place) bytes.add(hits.name());
 #include "smurf/hit_columns.def"
   return bytes.hash();
@@ -98,9 +107,8 @@ class RecordedQueries final : public SurfaceQueries {
 
   void cast(const RayBatch& rays, const CastOptions& options, HitList& hits) override {
     queries_->cast(rays, options, hits);
-    write_line(fmt::format("{}: {} hits of {} rays {} = {} hits {}\n", who_,
-                           options.hits == Hits::first ? "first" : "all", rays.size(), hash_of(rays, options),
-                           hits.size(), hash_of(hits)));
+    write_line(fmt::format("{}: {} hits of {} rays {} = {} hits {}\n", who_, word_of(options.hits), rays.size(),
+                           hash_of(rays, options), hits.size(), hash_of(hits)));
     if (options.properties != 0) {
       const PointSet points{hits.locations(), hits.coordinates(), {}};
       record(points, options.properties, hits.properties(options.properties));

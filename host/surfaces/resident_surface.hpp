@@ -32,6 +32,8 @@ class ResidentSurface {
   // Kinds whose search leaves rays open, and finishes them apart (kernels/batch/finish_hits.inc): words of room that
   // the finishing takes for each hit; 0 for others.
   virtual int room_words() const { return 0; }
+  // Whether hits may be tangent or unresolved. Else searches that only count need not write statuses to slots.
+  virtual bool flags_hits() const { return true; }
   // Whether hits are moved to where they are more exactly, after the search (kernels/batch/polish_hits.inc).
   virtual bool polishes() const { return false; }
   // Takes over another surface of the same kind over the same field; false if it cannot.

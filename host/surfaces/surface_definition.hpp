@@ -29,6 +29,12 @@ struct AnalyticField {
   Domain domain;
 };
 
+// What is inside of a level set: where the field's value, as Property::value tells it, is beyond the level.
+struct InsideOfLevel {
+  double level;
+  bool greater;
+};
+
 // A root on a ray, and for kinds with coordinates where on the surface it lies.
 struct ResolvedRoot {
   expression::LineRoot root;
@@ -62,6 +68,12 @@ class SurfaceDefinition {
   // For kinds that can tell more of roots than their device code does, which is asked about hits that it flags
   // (host/api/resolve_hits.hpp).
   virtual RootResolver root_resolver() const { return {}; }
+  // For level sets.
+  virtual std::optional<InsideOfLevel> inside_of_level() const { return std::nullopt; }
+  // Why points cannot be told to be inside or outside, for messages; empty where they can.
+  virtual std::string no_inside() const {
+    return inside_of_level() ? "" : "the surface encloses nothing; level sets and closed meshes do";
+  }
   // For kinds that are given by an expression.
   virtual std::optional<AnalyticField> analytic_field() const { return std::nullopt; }
 };

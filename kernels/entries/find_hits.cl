@@ -4,5 +4,5 @@
 KERNEL(find_hits) {
   Surface surface = surface_open(surface_buffers());
   find_hits_of(surface, rays, counts, slots, lane_items(work_item()), first, count, stride, image_width, capacity,
-               first_only);
+               wanted_hits);
 }

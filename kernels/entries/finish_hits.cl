@@ -6,6 +6,6 @@ KERNEL(finish_hits) {
   if (begin + which < end) {
     Surface surface = surface_open(surface_buffers());
     finish_hits_of(surface, rays, list, room, counts, slots, begin + which, which, first, count, stride, capacity,
-                   room_words, room_hits, first_only);
+                   room_words, room_hits, wanted_hits);
   }
 }

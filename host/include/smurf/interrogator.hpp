@@ -62,12 +62,16 @@ enum class Property : std::uint32_t {
   normal_curvature = 64,  // along a given direction, projected to the tangent plane
   parameters = 128,       // surface coordinates (kinds that have them)
   location = 256,         // the surface point itself (kinds that have coordinates): of a probe the nearest one
+  distance = 512,         // of a probe's points to the surface
+  inside = 1024,          // of a probe's points: 1 inside, 0 outside (level sets, closed meshes)
 };
 constexpr std::uint32_t operator|(Property a, Property b) { return std::uint32_t(a) | std::uint32_t(b); }
 constexpr std::uint32_t operator|(std::uint32_t a, Property b) { return a | std::uint32_t(b); }
 constexpr bool contains(std::uint32_t set, Property p) { return (set & std::uint32_t(p)) != 0; }
 
-enum class Hits { first, all };
+// What a cast tells of each ray. `any`: whether it has a hit, whichever is found; `count`: how many it has: both keep no
+// rows, and answer by HitList::counts() and flagged().
+enum class Hits { first, all, any, count };
 enum class BadRays { flag, error };  // flag: the ray has no hits and RayStatus::invalid; error: the call throws
 
 struct CastOptions {
@@ -81,6 +85,14 @@ struct CastOptions {
 // What was measured at a list of points. Columns that were not asked for are empty.
 struct PointProperties {
   Column<float> value, gauss, mean, k1, k2, normal_curvature;
+  // Of a probe. `distance`: never negative, and not finite where there is no surface; right to 2^-20 of the greatest
+  // coordinate. Meshes, surfaces s(u, v) and stream surfaces: to the nearest point of what rays meet. Level sets: to the
+  // nearest point that a search from samples of the surface finds, 96 lines each way across the domain; parts of the
+  // surface that none of these lines meets may be missed, so that it is a bound from above. On trilinear grids and at
+  // borders, where the search settles by short steps, to about 1e-4 of a 96th of the domain more. `inside`: 1 or 0, not
+  // a number where it is not known. Isosurfaces: 1 on the denser side, f > level; implicit surfaces: f < level; closed
+  // meshes: where a ray out of the point crosses the mesh an odd number of times.
+  Column<float> distance, inside;
   Column<glm::vec3> normal, d1, d2, location;
   Column<SurfaceCoordinates> coordinates;
   Column<std::uint32_t> status;  // PointStatus bits
@@ -88,12 +100,14 @@ struct PointProperties {
 };
 
 class SurfaceQueries;  // internal: a surface on one device
+class SpaceQueries;    // internal: distance and inside
 
 // Per ray the sorted hits, as compressed rows: the hits of ray i are offsets()[i] .. offsets()[i+1]-1.
 // Properties are evaluated on the device when first asked for and kept.
+// Of Hits::any and Hits::count there are no rows and no offsets, but counts.
 class HitList {
  public:
-  std::size_t ray_count() const { return offsets_.empty() ? 0 : offsets_.size() - 1; }
+  std::size_t ray_count() const { return ray_status_.size(); }
   std::size_t size() const { return t_.size(); }
   std::span<const std::uint64_t> offsets() const { return offsets_; }
   std::span<const std::uint32_t> rays() const { return rays_; }  // per hit, the index of its ray
@@ -102,6 +116,12 @@ class HitList {
   // Half the width of the enclosure in t: the root, or all roots of a cluster, lie in t ± uncertainty.
   std::span<const float> uncertainty() const { return uncertainty_; }
   std::span<const RayStatus> ray_status() const { return ray_status_; }
+  // Per ray. Hits::count: the number of hits, the same as Hits::all has rows. Hits::any: 1 where there is a hit, else 0.
+  // Invalid rays have 0. None for other casts.
+  std::span<const std::uint32_t> counts() const { return counts_; }
+  // How many of those counted are `tangent` or `unresolved`, after all that was done to resolve them. Hits::any: 1 where
+  // the ray has such hits only, so that it is not known to have one.
+  std::span<const std::uint32_t> flagged() const { return flagged_; }
   std::span<const glm::vec3> locations() const { return locations_; }
   // One per hit; none for kinds without surface coordinates.
   std::span<const SurfaceCoordinates> coordinates() const { return coordinates_; }
@@ -127,6 +147,7 @@ class HitList {
   float diagonal_ = 0;  // of the surface's bounds
   Values<std::uint64_t> offsets_;
   Values<RayStatus> ray_status_;
+  Values<std::uint32_t> counts_, flagged_;
 #define HIT_COLUMN(name, type, names, place) Values<type> name##_;
 #include "smurf/hit_columns.def"
   mutable PointProperties properties_;
@@ -153,7 +174,8 @@ class Interrogator {
   HitList cast(const RayBatch& rays, const CastOptions& options = {}) const;
 
   // Properties of the level set through each point; on kinds that are no level sets those of the surface's nearest
-  // point.
+  // point. Throws Error (usage) where `inside` is asked of what encloses nothing: open meshes, surfaces s(u, v), stream
+  // surfaces.
   PointProperties probe(std::span<const glm::vec3> points, std::uint32_t properties,
                         const ProbeOptions& options = {}) const;
 
@@ -185,6 +207,7 @@ class Interrogator {
 
  private:
   std::shared_ptr<SurfaceQueries> queries_;
+  std::shared_ptr<SpaceQueries> space_;
   std::size_t parts_ = 0;  // of kinds with surface coordinates
   float diagonal_ = 0;     // of the surface's bounds
 };

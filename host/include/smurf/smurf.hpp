@@ -5,6 +5,7 @@
 #include "smurf/camera.hpp"
 #include "smurf/compare.hpp"
 #include "smurf/coordinates.hpp"
+#include "smurf/curvature_lines.hpp"
 #include "smurf/device.hpp"
 #include "smurf/error.hpp"
 #include "smurf/flow.hpp"

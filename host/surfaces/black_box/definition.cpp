@@ -58,7 +58,7 @@ double BlackBoxSurface::difference_step(int derivative, int bits) const {
 
 std::uint32_t BlackBoxSurface::properties() const {
   return Property::value | Property::normal | Property::gauss | Property::mean | Property::principal |
-         Property::directions | Property::normal_curvature;
+         Property::directions | Property::normal_curvature | Property::distance | Property::inside;
 }
 
 std::vector<Fact> BlackBoxSurface::facts() const {

@@ -15,6 +15,7 @@ class BlackBoxSurface : public SurfaceDefinition {
   Bounds bounds() const override { return {domain.lower, domain.upper}; }
   std::uint32_t properties() const override;
   std::vector<Fact> facts() const override;
+  std::optional<InsideOfLevel> inside_of_level() const override { return InsideOfLevel{options.level, false}; }
 
   double diagonal() const { return glm::length(domain.upper - domain.lower); }
   // Of central differences for derivatives of order 1 or 2, where values are rounded to parts of 2^-bits.

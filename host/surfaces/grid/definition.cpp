@@ -34,7 +34,7 @@ Bounds GridIsosurface::bounds() const {
 
 std::uint32_t GridIsosurface::properties() const {
   return Property::value | Property::normal | Property::gauss | Property::mean | Property::principal |
-         Property::directions | Property::normal_curvature;
+         Property::directions | Property::normal_curvature | Property::distance | Property::inside;
 }
 
 std::vector<Fact> GridIsosurface::facts() const {

@@ -13,6 +13,7 @@ class GridIsosurface : public SurfaceDefinition {
   std::uint32_t properties() const override;
   std::vector<Fact> facts() const override;
   std::string why_empty() const override;
+  std::optional<InsideOfLevel> inside_of_level() const override { return InsideOfLevel{isovalue, true}; }
 
   const Volume volume;
   const double isovalue;

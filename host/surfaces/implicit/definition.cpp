@@ -42,7 +42,7 @@ ImplicitSurface::ImplicitSurface(std::string kind, std::string the_text,
 
 std::uint32_t ImplicitSurface::properties() const {
   return Property::value | Property::normal | Property::gauss | Property::mean | Property::principal |
-         Property::directions | Property::normal_curvature;
+         Property::directions | Property::normal_curvature | Property::distance | Property::inside;
 }
 
 std::vector<Fact> ImplicitSurface::facts() const {

@@ -35,6 +35,9 @@ class ImplicitSurface : public SurfaceDefinition {
   Bounds bounds() const override { return {domain.lower, domain.upper}; }
   std::uint32_t properties() const override;
   std::vector<Fact> facts() const override;
+  std::optional<InsideOfLevel> inside_of_level() const override {
+    return InsideOfLevel{level, side == Side::out_of_greater};
+  }
   std::optional<AnalyticField> analytic_field() const override;
   RootResolver root_resolver() const override;
 

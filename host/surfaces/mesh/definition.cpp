@@ -45,7 +45,8 @@ std::string manifold_text(const MeshTopology& t) {
 
 std::uint32_t MeshSurface::properties() const {
   return Property::parameters | Property::location | Property::normal | Property::gauss | Property::mean |
-         Property::principal | Property::directions | Property::normal_curvature;
+         Property::principal | Property::directions | Property::normal_curvature | Property::distance |
+         Property::inside;
 }
 
 std::vector<Fact> MeshSurface::facts() const {

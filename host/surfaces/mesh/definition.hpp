@@ -19,6 +19,9 @@ class MeshSurface : public SurfaceDefinition {
   std::vector<std::string_view> coordinate_names() const override { return {"face", "u", "v"}; }
   std::size_t parts() const override { return mesh.face_count(); }
   std::vector<Fact> facts() const override;
+  std::string no_inside() const override {
+    return mesh.topology().closed ? "" : "the mesh is open, so that it encloses nothing (smurf info tells its borders)";
+  }
   std::string_view ray_limits() const override { return ", and its origin not 5e11 times as far out as the mesh"; }
 
   const Mesh mesh;

@@ -55,6 +55,7 @@ class ResidentMesh final : public ResidentSurface {
 
   const std::map<std::string, std::string>& modules() const override { return modules_; }
   const std::map<std::string, std::string>& defines() const override { return defines_; }
+  bool flags_hits() const override { return false; }
   BufferGroup buffers() const override {
     return {{"uniforms", uniforms_.get()}, {"nodes", nodes_.get()},     {"triangles", triangles_.get()},
             {"vertices", vertices_.get()}, {"corners", corners_.get()}, {"neighbors", neighbors_.get()}};

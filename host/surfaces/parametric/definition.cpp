@@ -263,7 +263,7 @@ RootResolver ParametricSurface::root_resolver() const {
 
 std::uint32_t ParametricSurface::properties() const {
   return Property::parameters | Property::location | Property::normal | Property::gauss | Property::mean |
-         Property::principal | Property::directions | Property::normal_curvature;
+         Property::principal | Property::directions | Property::normal_curvature | Property::distance;
 }
 
 std::vector<Fact> ParametricSurface::facts() const {

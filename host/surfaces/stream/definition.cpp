@@ -126,7 +126,7 @@ Bounds StreamSurface::bounds() const { return mesh().bounds; }
 
 std::uint32_t StreamSurface::properties() const {
   return Property::parameters | Property::location | Property::normal | Property::gauss | Property::mean |
-         Property::principal | Property::directions | Property::normal_curvature;
+         Property::principal | Property::directions | Property::normal_curvature | Property::distance;
 }
 
 std::vector<Fact> StreamSurface::facts() const {

@@ -138,6 +138,47 @@ TEST_P(CliOnDevice, FirstHitsAreTheFirstOfAllHits) {
   EXPECT_NEAR(first.number(1, "t"), all.number(2, "t"), 1e-5);
 }
 
+TEST_P(CliOnDevice, AnyAndNumberOfHits) {
+  for (const std::string which : {"any", "count"}) {
+    const Outcome outcome = run("cast " + in("ball.json") + " --hits " + which + " --rays " + in("rays.csv") +
+                                on_device() + "-o " + in(which + ".csv"));
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+  }
+  EXPECT_EQ(text_of(file("any.csv")), "ray,hit,flagged\n0,1,0\n1,1,0\n2,0,0\n");
+  EXPECT_EQ(text_of(file("count.csv")), "ray,count,flagged\n0,2,0\n1,2,0\n2,0,0\n");
+}
+
+TEST_P(CliOnDevice, LinesOfCurvature) {
+  write("torus.json", R"text({"kind": "implicit", "equation": "(x^2+y^2+z^2+0.84)^2-4*(x^2+y^2)",
+                          "domain": [[-1.5,-1.5,-0.5], [1.5,1.5,0.5]]})text");
+  write("seeds.csv", "x,y,z\n1.4,0,0\n0,0.6,0\n9,9,9\n");
+  const std::string lines =
+      "lines " + in("torus.json") + " --points " + in("seeds.csv") + " --principal 1 --length 0.5 --both --step 0.05";
+  const Outcome outcome = run(lines + on_device() + "-o " + in("lines.csv"));
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const Csv rows(file("lines.csv"));
+  EXPECT_EQ(text_of(file("lines.csv")).substr(0, 36), "line,step,status,x,y,z,k1,k2,arc\n0,0");
+  ASSERT_EQ(rows.rows.size(), 21u + 21u + 1u);
+  for (std::size_t i = 0; i < 21; i++) {
+    EXPECT_NEAR(std::hypot(std::hypot(rows.number(i, "x"), rows.number(i, "y")) - 1, rows.number(i, "z")), 0.4, 1e-5);
+    EXPECT_NEAR(rows.number(i, "arc"), 0.05 * double(i) - 0.5, 1e-5);
+    EXPECT_NEAR(rows.number(i, "k1"), 2.5, 1e-3);
+  }
+  ASSERT_EQ(run(lines + on_device() + "-o " + in("lines.vtp")).code, 0);
+  EXPECT_NE(text_of(file("lines.vtp")).find("NumberOfLines=\"2\""), std::string::npos);
+}
+
+TEST_P(CliOnDevice, DistanceAndInside) {
+  const Outcome outcome = run("probe " + in("ball.json") + " --points " + in("points.csv") +
+                              " --properties distance,inside" + on_device() + "-o " + in("out.csv"));
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const Csv out(file("out.csv"));
+  EXPECT_NEAR(out.number(0, "distance"), 0.8 - std::sqrt(0.328125), 2e-3);
+  EXPECT_NEAR(out.number(1, "distance"), 0, 2e-3);
+  EXPECT_NEAR(out.number(2, "distance"), std::sqrt(243.0) - 0.8, 2e-3);
+  EXPECT_EQ(out.number(0, "inside"), 1);
+}
+
 TEST_P(CliOnDevice, NumbersReadBackToTheSameFloat) {
   // The hits, cast again as rays from themselves, print the same digits: writing and reading lose nothing.
   ASSERT_EQ(run("cast " + in("ball.json") + " --rays " + in("rays.csv") + on_device() + "-o " + in("hits.csv")).code,
@@ -343,6 +384,13 @@ TEST_F(Cli, RefusesWrongUsage) {
   expect_refused(cast, {"--output"});
   expect_refused("cast " + in("ball.json") + " -o " + in("hits.csv"), {"--rays"});
   expect_refused(cast + " --hits some -o " + in("hits.csv"), {"--hits"});
+  expect_refused(cast + " --hits count --properties normal -o " + in("hits.csv"), {"--hits count", "--properties"});
+  expect_refused(cast + " --hits any -o " + in("hits.vtp"), {"hits.vtp", ".csv"});
+  expect_refused(cast + " --properties distance -o " + in("hits.csv"), {"distance", "probe"});
+  const std::string lines = "lines " + in("ball.json") + " --points " + in("points.csv") + " --device reference";
+  expect_refused(lines + " -o " + in("lines.csv"), {"--length"});
+  expect_refused(lines + " --length -1 -o " + in("lines.csv"), {"length", "-1"});
+  expect_refused(lines + " --length 1 --principal 3 -o " + in("lines.csv"), {"--principal"});
   expect_refused(cast + " --no-such-option -o " + in("hits.csv"), {"--no-such-option"});
   expect_refused(cast + " --lanes 3 -o " + in("hits.csv"), {"--lanes"});
   expect_refused(cast + " -o " + in("hits.txt"), {"hits.txt", ".csv"});
