@@ -35,10 +35,11 @@ std::string_view name_of(CurvatureLineStatus status);
 struct CurvatureLineOptions {
   int principal = 1;  // 1: along the direction of k1 (the greater curvature), 2: of k2
   double length = 0;  // of a line, along the surface; with `both` of each half. Positive
-  bool both = false;  // both ways from the seed; else to the side of the direction as the surface tells it
-  double step = 0;    // the longest, in units of space; 0: a 400th of the diagonal of the bounds
-  double reach = 0;   // how far seeds may be from the surface; 0: a hundredth of the diagonal
-  std::size_t most_steps = 100'000;                                        // of a line
+  // Both ways from the seed; else to the side on which the direction's greatest component is positive.
+  bool both = false;
+  double step = 0;                   // the longest, in units of space; 0: a 400th of the diagonal of the bounds
+  double reach = 0;                  // how far seeds may be from the surface; 0: a hundredth of the diagonal
+  std::size_t most_steps = 100'000;  // of a line
   std::function<void(std::size_t done, std::size_t total)> progress = {};  // lines that have ended
 };
 

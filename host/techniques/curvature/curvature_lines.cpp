@@ -141,8 +141,15 @@ class Advance {
   const double longest_;
 };
 
+// Of the two signs of a direction the one by which its greatest component is positive, on every device.
+glm::dvec3 forward(const glm::dvec3& direction) {
+  const glm::dvec3 size = glm::abs(direction);
+  const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+  return direction[axis] < 0 ? -direction : direction;
+}
+
 Line begun(const LinePlace& seed, const glm::vec3& point, double sign, double step) {
-  Line line{seed, sign * seed.direction, step};
+  Line line{seed, sign * forward(seed.direction), step};
   line.add(seed, Status::regular);
   if (!seed.found) line.rows.back().position = point;
   if (!seed.found || !seed.defined) line.end(Status::undefined);
