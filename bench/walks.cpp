@@ -56,8 +56,7 @@ void add_ground(const Ground& ground, const DeviceInfo& info) {
         query->cast(workloads::random_chords(surface.bounds(), ground.width), {.hits = Hits::all}));
     Dice dice(17);
     const auto directions = std::make_shared<std::vector<glm::vec3>>(hits->size());
-    for (glm::vec3& d : *directions)
-      d = {float(dice.unit() - 0.5), float(dice.unit() - 0.5), float(dice.unit() - 0.5)};
+    for (glm::vec3& d : *directions) d = {float(dice.unit() - 0.5), float(dice.unit() - 0.5), float(dice.unit() - 0.5)};
     Ready result;
     result.run = [=] { hits->neighbors(*directions, distance); };
     result.count = hits->size();
