@@ -251,8 +251,8 @@ struct NamedFigure {
 
 // In the order of the page. A figure more is a line more.
 constexpr NamedFigure figures[] = {
-    {"7", make_curvature_plots}, {"kinds", make_kinds},           {"5a", make_crosses},
-    {"5b", make_contours},       {"techniques", make_techniques},
+    {"5a", make_crosses},  {"5b", make_contours},           {"7", make_curvature_plots},
+    {"kinds", make_kinds}, {"techniques", make_techniques},
 };
 
 std::vector<NamedFigure> chosen(const std::optional<std::string>& only) {

@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "io/volumes/nrrd_data.hpp"
+#include "io/volumes/samples.hpp"
 #include "numerics/text_file.hpp"
 #include "smurf/error.hpp"
 
@@ -361,11 +362,11 @@ NrrdFile read_nrrd(const path& file) {
   const std::size_t nodes = std::size_t(result.size.x) * std::size_t(result.size.y) * std::size_t(result.size.z);
   if (result.components > std::numeric_limits<std::size_t>::max() / 16 / nodes)
     fail(file, fmt::format("{} values a sample are too many", result.components));
-  result.read = [data, type = *type, count = nodes * result.components, nrrd = header.nrrd,
+  result.read = [data, type = *type, count = nodes * result.components,
                  swaps = swaps_bytes(nrrd, *header.state)]() -> std::shared_ptr<const void> {
-    nrrd->data = read_nrrd_data(data, type, count);  // freed by nrrdNuke
-    if (swaps) nrrdSwapEndian(nrrd.get());
-    return {nrrd, nrrd->data};
+    std::shared_ptr<void> samples = own_samples(read_nrrd_data(data, type, count));
+    if (swaps) swap_bytes(samples.get(), type, count);
+    return samples;
   };
   return result;
 }

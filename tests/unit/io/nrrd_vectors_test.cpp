@@ -11,6 +11,7 @@
 #include "harness/files/test_files.hpp"
 #include "harness/refusal.hpp"
 #include "smurf/error.hpp"
+#include "smurf/values.hpp"
 #include "smurf/volume.hpp"
 
 namespace smurf {
@@ -177,6 +178,19 @@ TEST(NrrdVectors, refuses_files_that_are_cut_short) {
                  "components");
   EXPECT_REFUSED(read_nrrd_vectors(test_folder() / "missing.nrrd"), "missing.nrrd");
 }
+
+#if !defined(__SANITIZE_ADDRESS__)  // there no block is kept
+// As any other block of results: what frees it in another way leaves its address known as one that is in use.
+TEST(NrrdMemory, IsGivenBackToWhereItIsFrom) {
+  constexpr std::size_t bytes = std::size_t(256) * 128 * 160;
+  const auto file = put("large.nrrd", "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 256 128 160\nencoding: raw\n\n" +
+                                          std::string(bytes, '\x07'));
+  const void* before = load_volume(file).samples();
+  void* after = allocate_results(bytes);
+  EXPECT_EQ(after, before);
+  free_results(after);
+}
+#endif
 
 }  // namespace
 }  // namespace smurf
