@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -16,9 +17,11 @@
 #include "cli/session.hpp"
 #include "io/atomic_file.hpp"
 #include "smurf/compare.hpp"
+#include "smurf/curvature_lines.hpp"
 #include "smurf/error.hpp"
 #include "smurf/render.hpp"
 #include "techniques/canvas.hpp"
+#include "techniques/curvature/draw_lines.hpp"
 #include "techniques/gallery/kinds.hpp"
 
 namespace smurf {
@@ -110,8 +113,9 @@ GalleryFigure make_contours(const Gallery& gallery) {
   return figure;
 }
 
-// Samples as a NRRD file, and the description of an isosurface of them.
-void write_sampled(const Gallery& gallery, const SampledField& samples) {
+// Samples as a NRRD file, and descriptions of the isosurface of them, by linear and by cubic reconstruction:
+// NAME-linear.json and NAME-cubic.json.
+void write_sampled(const Gallery& gallery, const SampledField& samples, const std::string& figure) {
   const Volume& volume = samples.volume;
   const GridPlacement& placement = volume.placement();
   const auto vector = [](const glm::dvec3& v) { return fmt::format("({},{},{})", v.x, v.y, v.z); };
@@ -121,17 +125,17 @@ void write_sampled(const Gallery& gallery, const SampledField& samples) {
       volume.size().x, volume.size().y, volume.size().z, vector(placement.axes[0]), vector(placement.axes[1]),
       vector(placement.axes[2]), vector(placement.origin));
   bytes.append(static_cast<const char*>(volume.samples()), volume.bytes());
-  write_file(gallery.file("figure-7.nrrd"), bytes);
+  write_file(gallery.file(figure + ".nrrd"), bytes);
   for (const auto& [name, reconstruction] : {std::pair("linear", "trilinear"), {"cubic", "tricubic"}}) {
-    write_file(gallery.file(fmt::format("figure-7-{}.json", name)),
+    write_file(gallery.file(fmt::format("{}-{}.json", figure, name)),
                fmt::format("{{\"kind\": \"isosurface\", \"isovalue\": {},\n \"field\": {{\"kind\": \"grid\", \"file\": "
-                           "\"figure-7.nrrd\", \"reconstruction\": \"{}\"}}}}\n",
-                           samples.isovalue, reconstruction));
+                           "\"{}.nrrd\", \"reconstruction\": \"{}\"}}}}\n",
+                           samples.isovalue, figure, reconstruction));
   }
 }
 
 GalleryFigure make_curvature_plots(const Gallery& gallery) {
-  constexpr int nodes = 48;
+  constexpr int nodes = 96;
   GalleryFigure figure;
   figure.title = "Figure 7: Gauss curvature, linear and cubic reconstruction against the function";
   figure.text = fmt::format(
@@ -144,7 +148,7 @@ GalleryFigure make_curvature_plots(const Gallery& gallery) {
              " \"value\": \"(1-sin(pi*z/2)+a*(1+cos(2*pi*f*cos(pi*sqrt(x^2+y^2)/2))))/(2*(1+a))\",\n"
              " \"parameters\": {\"f\": 3, \"a\": 0.25}, \"domain\": [[-1, -1, -1], [1, 1, 1]]}}\n");
   const Surface surface = load_surface(analytic);
-  write_sampled(gallery, sample_field(surface, glm::ivec3(nodes)));
+  write_sampled(gallery, sample_field(surface, glm::ivec3(nodes)), "figure-7");
 
   CompareOptions options;
   options.resolutions = {nodes};
@@ -171,6 +175,66 @@ GalleryFigure make_curvature_plots(const Gallery& gallery) {
   }
   figure.commands.push_back(
       gallery.program(fmt::format("compare {} --resolutions {} --rays {}", quoted(analytic), nodes, options.rays)));
+  return figure;
+}
+
+// Lines of the cylinder's greater curvature are circles: how far they leave the plane of their seed and the cylinder.
+double off_circles(const CurvatureLines& lines) {
+  double greatest = 0;
+  for (std::size_t line = 0; line < lines.size(); line++) {
+    const glm::dvec3 seed(lines.positions[lines.offsets[line]]);
+    for (std::size_t row = lines.offsets[line]; row < lines.offsets[line + 1]; row++) {
+      const glm::dvec3 p(lines.positions[row]);
+      greatest = std::max({greatest, std::abs(p.z - seed.z), std::abs(std::hypot(p.x, p.y) - 1)});
+    }
+  }
+  return greatest;
+}
+
+GalleryFigure make_curvature_lines(const Gallery& gallery) {
+  constexpr int nodes = 24, lines = 9;
+  const double length = 2 * std::numbers::pi;
+  GalleryFigure figure;
+  figure.title = "Figure 8: lines of curvature on a sampled cylinder, linear and cubic reconstruction";
+  figure.text = fmt::format(
+      "The distance to an axis at {0} x {0} x {0} nodes, radius 1 in a box of 3. The lines should be circles.", nodes);
+  const Surface exact = implicit("sqrt(x^2+y^2)-1", {glm::dvec3(-1.5), glm::dvec3(1.5)});
+  write_sampled(gallery, sample_field(exact, glm::ivec3(nodes)), "figure-8");
+  std::string seeds = "x,y,z\n";
+  std::vector<glm::vec3> places;
+  for (int i = 0; i < lines; i++) {
+    places.emplace_back(0.6f, -0.8f, -1.2f + 0.3f * float(i));
+    seeds += fmt::format("{},{},{}\n", places.back().x, places.back().y, places.back().z);
+  }
+  const std::filesystem::path points = gallery.file("figure-8-seeds.csv");
+  write_file(points, seeds);
+  figure.head = {"reconstruction", "lines are off circles by at most"};
+  for (const char* name : {"linear", "cubic"}) {
+    LinesCommand command;
+    command.surface = gallery.file(fmt::format("figure-8-{}.json", name));
+    command.points = points;
+    command.output = gallery.file(fmt::format("figure-8-{}.vtp", name));
+    command.length = length;
+    command.device = gallery.command.device;
+    run_lines(command, gallery.common);
+    figure.commands.push_back(
+        gallery.program(fmt::format("lines {} --points {} --length {:.7g} -o {}", quoted(command.surface),
+                                    quoted(points), length, quoted(command.output))));
+
+    const Surface surface = load_surface(command.surface);
+    const Interrogator query(gallery.device, surface);
+    RenderOptions options;
+    options.camera = camera_from(View::usual, {0, 0, 1}, {glm::dvec3(-1, -1, -1.5), glm::dvec3(1, 1, 1.5)},
+                                 gallery.command.size, gallery.command.size);
+    Image picture = render(query, options);
+    const CurvatureLines found = curvature_lines(query, surface.bounds(), places, {.length = length});
+    draw_curvature_lines(query, options.camera, found, {0.45f, 0.05f, 0.08f}, picture);
+    const std::string file = fmt::format("figure-8-{}.png", name);
+    save_png(picture, gallery.file(file));
+    figure.pictures.push_back(file);
+    figure.captions.emplace_back(name);
+    figure.rows.push_back({name, fmt::format("{:.2e}", off_circles(found))});
+  }
   return figure;
 }
 
@@ -251,8 +315,8 @@ struct NamedFigure {
 
 // In the order of the page. A figure more is a line more.
 constexpr NamedFigure figures[] = {
-    {"5a", make_crosses},  {"5b", make_contours},           {"7", make_curvature_plots},
-    {"kinds", make_kinds}, {"techniques", make_techniques},
+    {"5a", make_crosses},        {"5b", make_contours}, {"7", make_curvature_plots},
+    {"8", make_curvature_lines}, {"kinds", make_kinds}, {"techniques", make_techniques},
 };
 
 std::vector<NamedFigure> chosen(const std::optional<std::string>& only) {

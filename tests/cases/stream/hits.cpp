@@ -107,7 +107,7 @@ INSTANTIATE_TEST_SUITE_P(Mesh, StreamHits,
                          testing::Combine(testing::Values(0, 1, 2, 3, 4, 6, 8), testing::Values(StreamMethod::mesh)),
                          name_of_case);
 INSTANTIATE_TEST_SUITE_P(BackStream, StreamHits,
-                         testing::Combine(testing::Values(0, 1, 2, 3, 4, 8),
+                         testing::Combine(testing::Values(0, 1, 2, 3, 4, 6, 8),
                                           testing::Values(StreamMethod::back_stream)),
                          name_of_case);
 

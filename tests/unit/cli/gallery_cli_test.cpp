@@ -20,7 +20,8 @@ TEST_F(GalleryCommandLine, shows_the_figures_and_the_commands_that_make_them) {
   const Outcome outcome = run("gallery --size 40 --quiet -o " + in("gallery"));
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
-  for (const char* words : {"Figure 5a", "Figure 5b", "Figure 7", "trilinear", "tricubic", "nurbs", "black box"})
+  for (const char* words :
+       {"Figure 5a", "Figure 5b", "Figure 7", "Figure 8", "trilinear", "tricubic", "nurbs", "black box"})
     EXPECT_NE(outcome.out.find(words), std::string::npos) << words;
 
   const std::string page = test::text_of(file("gallery/index.html"));
@@ -34,7 +35,7 @@ TEST_F(GalleryCommandLine, shows_the_figures_and_the_commands_that_make_them) {
     EXPECT_EQ(image.width, name == "kinds.png" ? 4 * 32 : 40) << name;
     pictures++;
   }
-  EXPECT_EQ(pictures, 10u);
+  EXPECT_EQ(pictures, 12u);
 
   // A command of the page makes the same picture again.
   const std::size_t figure = page.find("figure-5a.png"), command = page.find("smurf render", figure);
