@@ -25,6 +25,8 @@ void add(const std::string& name, const SetUp& set_up);
 void add_streamlines();
 // W5: stream surfaces (stream_surfaces.cpp).
 void add_stream_surfaces();
+// What coherence of rays and kept properties gain (coherence.cpp).
+void add_coherence();
 // W10: neighbours on surfaces (walks.cpp).
 void add_walks();
 

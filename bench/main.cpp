@@ -379,6 +379,7 @@ int main(int argc, char** argv) {
     add_streamlines();
     add_stream_surfaces();
     add_walks();
+    add_coherence();
     const Catalogue list = catalogue();
     for (const Workload& workload : list.workloads) {
       for (int size : workload.sizes) {
